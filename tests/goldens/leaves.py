@@ -1,7 +1,9 @@
 """Values as they are kept: rounded, long arrays summarised, texts by their lines; and how two of them are compared."""
 
+import hashlib
 import json
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -60,6 +62,24 @@ def summary(numbers: np.ndarray, shape: tuple[int, ...], digits: int = DIGITS) -
         }
         found |= {name: rounded(float(value), digits) for name, value in values.items()}
     return found
+
+
+def arithmetic() -> str:
+    """Tell machines apart whose linear algebra rounds in another order: a sampler's draws go other ways there."""
+    a = np.sin(np.arange(120.0 * 120.0)).reshape(120, 120)
+    parts = [a @ a.T, a @ a[0], np.linalg.cholesky(a @ a.T + 120.0 * np.eye(120)), np.linalg.solve(a + np.eye(120), a)]
+    return hashlib.sha256(b"".join(one.tobytes() for one in parts)).hexdigest()[:16]
+
+
+def form(value: Any) -> Any:
+    """Leave of a value what no rounding changes: its structure, and its texts without their numbers and columns."""
+    if isinstance(value, dict):
+        return {key: form(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [form(one) for one in value]
+    if isinstance(value, str):
+        return " ".join(re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "#", value).split())
+    return "#" if isinstance(value, (int, float)) and not isinstance(value, bool) else value
 
 
 def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:

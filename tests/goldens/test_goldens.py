@@ -5,7 +5,7 @@ import json
 import pytest
 
 from tests.goldens.__main__ import chosen, compare, main
-from tests.goldens.leaves import differences, kept, leaves, spelled
+from tests.goldens.leaves import differences, form, kept, leaves, spelled
 from tests.goldens.masks import masked
 from tests.goldens.parts import FAST, PARTS, compute, golden
 
@@ -57,6 +57,14 @@ def test_long_arrays_are_summarised_and_texts_are_lines():
     assert found["text"] == ["a", "b"]
     assert json.loads(spelled(found)) == found
     assert len(dict(leaves(found))) == 11
+
+
+def test_of_another_arithmetic_the_form_is_compared():
+    wanted = {"text": ["Sc 1.13  0.0024  -1e-3", "dead"], "n": {"min": 1, "fine": True}}
+    found = {"text": ["Sc 1.13 0.1 +2", "dead"], "n": {"min": 2.5, "fine": True}}
+    assert form(wanted) == form(found)
+    for other in ({"text": ["Sc 1 2", "dead"]}, {"n": {"min": "nan", "fine": True}}, {"n": {"min": 1, "fine": False}}):
+        assert form(wanted) != form(found | other)
 
 
 def test_what_is_volatile_is_masked():
