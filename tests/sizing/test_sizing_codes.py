@@ -62,7 +62,7 @@ def test_en_approach_1_by_hand():
 
 
 def test_en_approach_1_as_a_published_calculation_prints_it():
-    """A square tower of 60 m, 150 kg/m^3, xi = 1.5 %, rho = 1.2 kg/m^3: Sc 23.562, y = 14.126 m with K printed as 0.121.
+    """A square tower of 60 m, 150 kg/m^3, xi = 1.5 %, rho = 1.2 kg/m^3: Sc 23.562, y = 14.126 m; K printed as 0.121.
 
     The notebook swe_ws2021_4_2_structural_effects of github.com/mpentek/SWELecture (commit 4e505a3).
     """
