@@ -24,6 +24,7 @@ from scruton.report.chapters import Material, compose
 from scruton.report.chapters.gap import gap_chapter
 from scruton.report.chapters.required import required_tables
 from scruton.report.chapters.sizing import sizing_chapter, sizing_summary
+from scruton.report.chapters.together import for_any_note
 from scruton.report.charts import griffin_chart, risk_chart
 from scruton.report.document import (
     Callout,
@@ -289,6 +290,15 @@ def test_a_required_damping_that_lies_far_from_the_tests_is_marked_where_it_is_f
     limit |= {"reach": {"0.95": reach | {"trusted": True}}}
     table = next(one for one in sizing_summary(content) if getattr(one, "name", "") == "required")
     assert "!" not in "".join(table.rows[0]) + table.note
+
+
+def test_the_damping_for_any_mode_says_how_far_it_lies_from_the_tests() -> None:
+    reach = {"scruton_number": 35.2, "extrapolation_index": 1.4, "covered_by": 1, "tests": 3, "trusted": False}
+    found = {"risk": 0.05, "required": [0.003, 0.0, None], "reach": [reach, reach | {"trusted": True}, None]}
+    note = for_any_note({"names": ["V1", "V2", "V3"], "required_for_any": found})
+    place = "(Sc 35.2, x 1.4, transients of 1 of 3 tests through the limit's amplitude"
+    for said in (f"V1 0.300 % {place}, far from what was tested)", f"V2 none {place})", "V3 more than can be added."):
+        assert said in note, (said, note)
 
 
 def two_modes() -> dict:

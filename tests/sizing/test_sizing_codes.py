@@ -1,4 +1,4 @@
-"""Amplitudes by codes, against their formulas in the quantities of the code, worked by hand: none prints an example."""
+"""Amplitudes by codes: against a published calculation where one was found, else their formulas worked by hand."""
 
 import numpy as np
 import pytest
@@ -59,6 +59,16 @@ def test_en_approach_1_by_hand():
     # a uniform mode has K = 1/(4 pi) (E.9), a half sine (2/pi)/(4 pi/2), which the code rounds to 0.10
     assert pytest.approx(0.10, rel=0.02) == (2 / np.pi) / (4 * np.pi * 0.5)
     assert codes.en_approach_1(SC, B, D, 0.12) == pytest.approx(0.0420, rel=TO_CODE)
+
+
+def test_en_approach_1_as_a_published_calculation_prints_it():
+    """A square tower of 60 m, 150 kg/m^3, xi = 1.5 %, rho = 1.2 kg/m^3: Sc 23.562, y = 14.126 m; K printed as 0.121.
+
+    The notebook swe_ws2021_4_2_structural_effects of github.com/mpentek/SWELecture (commit 4e505a3).
+    """
+    sc = 4.0 * np.pi * 150.0 * 60.0**2 * 0.015 / (1.2 * 60.0**2)
+    assert codes.en_scruton_number(sc, 60.0, 60.0) == pytest.approx(23.562, abs=6e-4)
+    assert 60.0 * codes.en_approach_1(sc, 60.0, 60.0, 0.12, mode_factor=0.121) == pytest.approx(14.126, rel=TO_CODE)
 
 
 def test_en_approach_1_repeats_until_length_and_amplitude_agree():

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from scruton.report.conventions import amplitude, damping
+from scruton.report.conventions import amplitude, damping, scruton
 from scruton.report.document import Block, Heading, Table, paragraph
 from scruton.report.wording import Notation, number, percent, share
 from scruton.sizing.checks import ASKED
@@ -41,10 +41,19 @@ def for_any_note(every: Content) -> str:
     if not found:
         return ""
     added = ", ".join(
-        f"{name} {'more than can be added' if need is None else damping(need) if need else 'none'}"
-        for name, need in zip(every["names"], found["required"], strict=True)
+        f"{name} {'more than can be added' if need is None else damping(need) if need else 'none'}{_reach(at)}"
+        for name, need, at in zip(every["names"], found["required"], found["reach"], strict=True)
     )
     return f"Required for a risk of {percent(found['risk'])} of any mode: {added}."
+
+
+def _reach(at: Content | None) -> str:
+    """How far a required damping lies from what was tested, in brackets; empty where that is not known."""
+    if at is None:
+        return ""
+    place, far = scruton(at["scruton_number"], digits=3), "" if at["trusted"] else ", far from what was tested"
+    index, covered = number(at["extrapolation_index"], 2), f"{at['covered_by']} of {at['tests']}"
+    return f" (Sc {place}, x {index}, transients of {covered} tests through the limit's amplitude{far})"
 
 
 def existing_blocks(content: Content, mode: str, write: Callable[[float], str]) -> Iterator[Block]:
