@@ -107,3 +107,14 @@ def test_what_is_asked_for_again_at_once_is_not_computed_again_and_may_be_writte
     rows[0] += 1.0  # in place, as walkers are moved
     assert np.array_equal(remembered(rows), rows.sum(axis=1))
     assert asked == [5, 1]
+
+
+def test_rows_are_known_while_nothing_else_was_asked_for() -> None:
+    rows = np.arange(6.0).reshape(3, 2)
+    remembered = Remembered(lambda asked: asked.sum(axis=1))
+    assert not remembered.knows(rows)
+    remembered(rows)
+    assert remembered.knows(rows.copy())
+    assert not remembered.knows(rows[:2])
+    remembered(rows + 1.0)
+    assert not remembered.knows(rows)
