@@ -113,7 +113,8 @@ def close_rows(rows: Rows) -> tuple[Closed, ...]:
         best = min(options, key=lambda option: option.penalised, default=None)
         if best is not None and best.fraction > CLOSES_NOTHING:
             closed.append(best)
-    return tuple(sorted(closed, key=lambda result: result.penalised))
+    # of two that say the same of rows, the last digit of a processor is not to tell which comes first
+    return tuple(sorted(closed, key=lambda result: (round(result.penalised, 6), result.effect)))
 
 
 def _layout(rows: Rows) -> Layout:
