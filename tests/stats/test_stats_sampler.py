@@ -1,15 +1,17 @@
 """Moves, ensembles, convergence and checkpoints on targets whose answer is known."""
 
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import emcee
 import numpy as np
 import pytest
 from scipy import stats
 
+from scruton.arrays import FloatArray
 from scruton.errors import InputError
 from scruton.stats.convergence import SamplerSettings
-from scruton.stats.moves import sweep
+from scruton.stats.moves import Sweep, sweep
 from scruton.stats.optimum import find_optimum
 from scruton.stats.posterior import Block, Posterior
 from scruton.stats.priors import Prior
@@ -356,3 +358,24 @@ def test_a_checkpoint_of_other_inputs_is_refused(tmp_path):
     sample(Normal(), SamplerSettings(), np.random.SeedSequence(4), Checkpoint(tmp_path / "c.npz", "one"))
     with pytest.raises(InputError, match="other data, another model card, seed or version"):
         sample(Normal(), SamplerSettings(), np.random.SeedSequence(4), Checkpoint(tmp_path / "c.npz", "two"))
+
+
+def test_a_turn_is_made_by_its_chance() -> None:
+    class Counted(emcee.moves.Move):
+        made = 0
+
+        def propose(self, model: Any, state: emcee.State) -> tuple[emcee.State, FloatArray]:
+            self.made += 1
+            return state, np.ones(len(state.coords))
+
+    class Model(NamedTuple):
+        random: np.random.RandomState
+
+    always, often = Counted(), Counted()
+    step = Sweep([([always], [1.0]), ([often], [1.0])], [1.0, 0.25])
+    model, state = Model(np.random.RandomState(0)), emcee.State(np.zeros((4, 1)), log_prob=np.zeros(4))
+    for _ in range(1000):
+        _, accepted = step.propose(model, state)
+        assert (accepted == 1.0).all()  # of the moves that were made
+    assert always.made == 1000
+    assert abs(often.made - 250) < 60

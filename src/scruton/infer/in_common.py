@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray, IntArray
-from scruton.infer.thresholds import SET_POINT_IN_COMMON
+from scruton.infer.thresholds import CHANCE_OF_ALL, SET_POINT_IN_COMMON
 from scruton.stats.posterior import Block
 from scruton.stats.priors import Prior, normal_log_density
 
@@ -44,7 +44,7 @@ class InCommon:
 
         They lie closer about it than the records tell any of them: turn by turn neither would get far.
         """
-        return Block(common, self.columns), Block(common, np.arange(0), carried=self.columns)
+        return Block(common, self.columns), Block(common, np.arange(0), carried=self.columns, chance=CHANCE_OF_ALL)
 
     def log_density(self, u: FloatArray, common: FloatArray) -> FloatArray:
         """Log prior of every test's coordinate given the common one (W,), (W, J)."""

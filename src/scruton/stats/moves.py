@@ -133,19 +133,29 @@ class Sweep(emcee.moves.Move):
     ----------
     turns : sequence of (sequence of Move, sequence of float)
         Moves of each turn and their weights; one of weight zero is left out.
+    chances : sequence of float, optional
+        Of each turn to be made at all; one by default, and one at least is made always.
     """
 
-    def __init__(self, turns: Sequence[tuple[Sequence[emcee.moves.Move], Sequence[float]]]) -> None:
+    def __init__(
+        self,
+        turns: Sequence[tuple[Sequence[emcee.moves.Move], Sequence[float]]],
+        chances: Sequence[float] | None = None,
+    ) -> None:
         self.turns = [(moves, np.cumsum(weights) / np.sum(weights)) for moves, weights in turns]
+        self.chances = [1.0] * len(self.turns) if chances is None else list(chances)
 
     def propose(self, model: Any, state: emcee.State) -> tuple[emcee.State, FloatArray]:
         """Move every walker; and the fraction of the proposals that each accepted."""
-        accepted = np.zeros(len(state.coords))
-        for moves, share in self.turns:
+        accepted, made = np.zeros(len(state.coords)), 0
+        for (moves, share), chance in zip(self.turns, self.chances, strict=True):
+            if chance < 1.0 and model.random.random_sample() >= chance:
+                continue
+            made += 1
             move = moves[int(np.searchsorted(share, model.random.random_sample(), side="right"))]
             state, good = move.propose(model, state)
             accepted += good
-        return state, accepted / len(self.turns)
+        return state, accepted / made
 
 
 def sweep(
@@ -165,7 +175,7 @@ def sweep(
     proposals : sequence of sequence of Conditional
         By ensemble, or of all ensembles together, and by block.
     """
-    turns = []
+    turns, chances = [], []
     for _, group in groupby(range(len(blocks)), key=lambda i: -1 if blocks[i].part else i):
         of_turn = [(blocks[i], [own[i] for own in proposals]) for i in group]
         together = [block for block, _ in of_turn]
@@ -177,4 +187,5 @@ def sweep(
         more = MORE_LOCAL if len(of_turn[0][1][0].whole.parts) > 1 else 1.0
         weights = settings.independence, more * settings.differential_evolution, more * settings.stretch
         turns += [(moves, weights)] * together[0].times
-    return Sweep(turns)
+        chances += [together[0].chance] * together[0].times
+    return Sweep(turns, chances)

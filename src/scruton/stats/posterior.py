@@ -19,6 +19,7 @@ class Block(NamedTuple):
     `part` is the column of `Posterior.log_parts` that knows them.  Blocks that follow each other, each with a part of
     its own, are moved at once; the whole is that of a block that moves by itself, so many `times` in a row.  Where it
     has one member, coordinates that lie about that may be `carried`: they move by as much, and keep their distances.
+    A block without which the others find everything, only more slowly, may be moved by `chance`.
     """
 
     members: IntArray
@@ -26,6 +27,7 @@ class Block(NamedTuple):
     part: int = 0
     times: int = 1
     carried: IntArray = np.arange(0)
+    chance: float = 1.0
 
 
 class Values:
