@@ -57,7 +57,7 @@ def run(*arguments: object) -> Cost:
     """Run a command of scruton, and measure it and all its processes."""
     started = time.perf_counter()
     process = subprocess.Popen(
-        [sys.executable, "-m", "scruton.cli", *map(str, arguments)], stdout=subprocess.DEVNULL, start_new_session=True
+        [sys.executable, "-m", "scruton", *map(str, arguments)], stdout=subprocess.DEVNULL, start_new_session=True
     )
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)

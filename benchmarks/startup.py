@@ -25,5 +25,5 @@ def run() -> list[Figure]:
     return [
         Figure("Python itself", bare, "s"),
         Figure("import scruton, beyond that", seconds("-c", "import scruton") - bare, "s", 0.3),
-        Figure("scruton --help, all of it", seconds("-m", "scruton.cli", "--help"), "s", 0.5),
+        Figure("scruton --help, all of it", seconds("-m", "scruton", "--help"), "s", 0.5),
     ]

@@ -13,7 +13,7 @@ PATIENCE = 60.0  # s without a letter
 
 
 def at_a_terminal(
-    words: Sequence[str], answers: Sequence[str], folder: Path, program: Sequence[str] = ("-m", "scruton.cli")
+    words: Sequence[str], answers: Sequence[str], folder: Path, program: Sequence[str] = ("-m", "scruton")
 ) -> tuple[int, str]:
     """Run `scruton WORDS`, or another program of Python, at a terminal of 80 columns, and answer in turn.
 

@@ -47,7 +47,7 @@ def test_help_loads_nothing_heavy():
 @pytest.mark.parametrize("command", ["check", "fit", "predict", "report", "simulate"])
 def test_every_command_has_help_and_the_common_options(command):
     shown = subprocess.run(
-        [sys.executable, "-m", "scruton.cli", command, "--help"], capture_output=True, text=True, check=True
+        [sys.executable, "-m", "scruton", command, "--help"], capture_output=True, text=True, check=True
     ).stdout
     assert "--seed" in shown
     assert "--quiet" in shown

@@ -41,7 +41,7 @@ def do(words: list[str], folder: Path, *more: str) -> None:
         assert (code, seen) == (0, SESSION)
     else:
         ran = subprocess.run(
-            [sys.executable, "-m", "scruton.cli", *words[1:], *more], cwd=folder, capture_output=True, text=True,
+            [sys.executable, "-m", "scruton", *words[1:], *more], cwd=folder, capture_output=True, text=True,
             check=False,
         )  # fmt: skip
         assert ran.returncode == 0, f"{shlex.join(words)}: {ran.stdout}{ran.stderr}"

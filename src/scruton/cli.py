@@ -73,7 +73,3 @@ def _declare(parser: argparse.ArgumentParser, verb: Verb) -> None:
         for argument in together:
             place.add_argument(*argument.names, **argument.settings)
     parser.set_defaults(work=verb.work)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

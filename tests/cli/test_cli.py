@@ -208,7 +208,7 @@ def test_killed_and_resumed_is_bit_for_bit_the_uninterrupted_run(small_campaign,
 
     assert main(arguments(tmp_path / "whole")) == 0
     out = tmp_path / "killed"
-    process = subprocess.Popen([sys.executable, "-m", "scruton.cli", *arguments(out)], stdout=subprocess.DEVNULL)
+    process = subprocess.Popen([sys.executable, "-m", "scruton", *arguments(out)], stdout=subprocess.DEVNULL)
     deadline = time.monotonic() + 120
     while time.monotonic() < deadline and len(list((out / ".scruton/fit/checkpoints").glob("*.npz"))) < 3:
         time.sleep(0.02)

@@ -31,7 +31,7 @@ def retitled(campaign: Path, title: str) -> Path:
 
 def scruton(*arguments: object, **options: object) -> subprocess.CompletedProcess[bytes]:
     """Run the command in a process of its own."""
-    command = [sys.executable, "-m", "scruton.cli", *map(str, arguments)]
+    command = [sys.executable, "-m", "scruton", *map(str, arguments)]
     return subprocess.run(command, timeout=120, check=False, **{"capture_output": True, **options})  # type: ignore[call-overload]
 
 

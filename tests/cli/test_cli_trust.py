@@ -77,7 +77,7 @@ def test_a_bad_campaign_does_not_cost_the_good_results(campaign, results, capsys
 def begun(*arguments, out, chunks=2):
     """Start a command, and wait until it has left some checkpoints."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "scruton.cli", *map(str, arguments), "-o", str(out)],
+        [sys.executable, "-m", "scruton", *map(str, arguments), "-o", str(out)],
         stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     deadline = time.monotonic() + 120

@@ -45,7 +45,7 @@ def run(argv: tuple[str, ...], folder: Path, moment: float | None = None, how: s
     before = log.stat().st_size if log.exists() else 0
     with log.open("ab") as err:
         process = subprocess.Popen(
-            [sys.executable, "-m", "scruton.cli", *argv], cwd=folder, stdin=subprocess.DEVNULL,
+            [sys.executable, "-m", "scruton", *argv], cwd=folder, stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL, stderr=err, start_new_session=True,
         )  # fmt: skip
         start, in_time = time.monotonic(), False

@@ -49,7 +49,7 @@ def test_a_list_of_dampers_is_read_in_the_units_of_its_headings(listed, text):
             "mass [Hz],f,d\n12000,0.29,0.08\n",
             r"header, column 1: found \"mass \[Hz\]\".*unit of a mass, such as \[kg\]",
         ),
-        ("m,f,d\n12000,nan,0.08\n", r"a number that is not positive"),
+        ("m,f,d\n12000,nan,0.08\n", r"row 1, column 2: found nan; wanted a number greater than zero"),
     ],
 )
 def test_what_is_wrong_is_named_by_line_and_column(listed, text, message):
