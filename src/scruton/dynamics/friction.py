@@ -23,6 +23,12 @@ def hysteresis(r):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
+def stiffening(a, strength, width):  # type: ignore[no-untyped-def]
+    """Rise of the frequency at amplitude a, over itself, by a strength pi F/(2 omega) that builds up over a width."""
+    return strength / a * spring(a / width)
+
+
+@njit(cache=True)
 def spring(r):  # type: ignore[no-untyped-def]
     """(1 + tanh r) exp(-r) I_1(r), to 1e-6 (Abramowitz and Stegun 9.8.3 and 9.8.4)."""
     if r < 3.75:

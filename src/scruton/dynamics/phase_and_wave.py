@@ -3,7 +3,7 @@
 from scruton.compiled import njit
 from scruton.dynamics import row
 from scruton.dynamics.effects.terms import Term
-from scruton.dynamics.friction import spring
+from scruton.dynamics.friction import stiffening
 from scruton.dynamics.reading import third_of_bend
 
 _GAIN, _R = int(Term.GAIN), int(Term.NOISE)
@@ -30,7 +30,7 @@ def stick(x, y, turned):  # type: ignore[no-untyped-def]
     for w in range(row.LANES):
         if x[_FS, w] != 0.0:
             a = max((y - x[row.LINE, w]) / (1.0 + x[_GAIN, w]), 1e-12)
-            x[row.ANGLE, w] += turned * x[_FS, w] / a * spring(a / x[_FW, w])
+            x[row.ANGLE, w] += turned * stiffening(a, x[_FS, w], x[_FW, w])
 
 
 @njit(cache=True, inline="always")

@@ -5,7 +5,7 @@
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,6 +26,7 @@ from scruton.said import damping, said
 CAUSES = ("kind", "stated level")
 CONSEQUENCES = ("decay start", "growth start", "length")
 LEFT_OUT = ("dead", CLIPPED)  # what leaves gaps in a record
+_TRANSIENTS = (Kind.GROWTH, Kind.DECAY)
 
 
 def review(inspection: Inspection) -> list[Remark]:
@@ -159,7 +160,7 @@ def _levels(inspection: Inspection) -> Iterator[Remark]:
 
 def _farthest(test: Test, inspection: Inspection) -> "tuple[_End | None, _End | None, float]":
     """The growth and the decay of a test whose levels contradict each other most, and by what factor."""
-    ends = {kind: _ends(test, kind, inspection) for kind in (Kind.GROWTH, Kind.DECAY)}
+    ends = {kind: _ends(test, inspection, kind) for kind in _TRANSIENTS}
     beside = [
         (growth.beside(decay.tail), decay.beside(growth.tail, growth.rate))
         for growth in ends[Kind.GROWTH]
@@ -219,9 +220,10 @@ class _End:
         return replace(self, level=self.tail, settled=True, heads_for=True)
 
 
-def _ends(test: Test, kind: Kind, inspection: Inspection) -> list[_End]:
-    """Where the transients of one kind end, those left out that end in nothing."""
-    usable = [record for record in test.records if record.kind is kind and record.name in inspection.qualities]
+def _ends(test: Test, inspection: Inspection, *kinds: Kind) -> list[_End]:
+    """Where the transients of a test end, kind by kind, those left out that end in nothing."""
+    records = (record for kind in kinds for record in test.records if record.kind is kind)
+    usable = (record for record in records if record.name in inspection.qualities)
     return [end for end in (_End.of(record, inspection) for record in usable) if end.tail > 0.0]
 
 
@@ -243,18 +245,18 @@ def _apart(growth: _End, decay: _End) -> float:
 
 def _steady_apart(test: Test, inspection: Inspection) -> "Iterator[tuple[_End, _End, float]]":
     """Lock-in records of a test, each with the transient that settles farthest from it and the ratio to that."""
+    ends = _ends(test, inspection, *_TRANSIENTS)
     for record in test.records:
         if record.kind is not Kind.STEADY or record.name not in inspection.qualities:
             continue
         level = float(np.median(inspection.cycles[record.name].amplitude))
-        if ends := _settled(test, inspection, level):
-            yield _End(record.name, level, level, True), *_farthest_from(level, ends)
+        if settled := _settled(ends, level):
+            yield _End(record.name, level, level, True), *_farthest_from(level, settled)
 
 
-def _settled(test: Test, inspection: Inspection, level: float) -> list[_End]:
-    """Where the transients of a test end that have settled, or stand off a level that is compared with them."""
-    ends = (end.beside(level) for kind in (Kind.GROWTH, Kind.DECAY) for end in _ends(test, kind, inspection))
-    return [end for end in ends if end.settled]
+def _settled(ends: Iterable[_End], level: float) -> list[_End]:
+    """Those that have settled, or stand off a level that is compared with them."""
+    return [end for end in (one.beside(level) for one in ends) if end.settled]
 
 
 def _farthest_from(level: float, ends: list[_End]) -> tuple[_End, float]:
@@ -291,7 +293,7 @@ def _sweep_levels(inspection: Inspection) -> Iterator[Remark]:
             there, speed = float(sweep.amplitude[at]), float(sweep.wind_speed[at])
             if abs(speed - test.wind_speed.mean) > thresholds.ONE_SPEED * speed or not there > 0.0:
                 continue
-            if not (ends := _settled(test, inspection, there)):
+            if not (ends := _settled(_ends(test, inspection, *_TRANSIENTS), there)):
                 continue
             end, ratio = _farthest_from(there, ends)
             yield from _off_level(
@@ -309,7 +311,7 @@ def _stated_level(inspection: Inspection) -> Iterator[Remark]:
         if test.stable_amplitude is None:
             continue
         stated = test.stable_amplitude.mean
-        for end in _settled(test, inspection, stated):
+        for end in _settled(_ends(test, inspection, *_TRANSIENTS), stated):
             ratio = end.level / stated
             if max(ratio, 1.0 / ratio) > thresholds.LEVELS:
                 yield Remark(

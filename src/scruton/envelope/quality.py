@@ -1,6 +1,6 @@
 """What a record is good for: its size, its noise, and what is to be said of it by itself."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -283,18 +283,23 @@ def _clipped_side(time: FloatArray, response: FloatArray, cycles: Cycles) -> str
     # where the mean drifts by more than the motion, the end of the drift is the extreme, and its cycles are all top
     drifts = np.ptp(y) > 2.0 * thresholds.SWEPT * float(np.max(cycles.amplitude))
     windows = cut(time, cycles.reference_frequency)
-    turned = 2.0 * np.pi * cycles.reference_frequency * (time - cycles.time[0])
-    sine = np.interp(time, cycles.time, cycles.amplitude) * np.cos(turned + np.interp(time, cycles.time, cycles.phase))
+
+    def sine() -> FloatArray:
+        turned = 2.0 * np.pi * cycles.reference_frequency * (time - cycles.time[0])
+        phase = turned + np.interp(time, cycles.time, cycles.phase)
+        return np.asarray(np.interp(time, cycles.time, cycles.amplitude) * np.cos(phase))
+
     sides = [
         word
         for word, sign in (("above", 1.0), ("below", -1.0))
-        if _piled_up(sign * y, None if drifts else sign * sine, windows)
+        if _piled_up(y, sign, None if drifts else sine, windows)
     ]
     return " and ".join(sides)
 
 
-def _piled_up(y: FloatArray, sine: FloatArray | None, windows: Windows) -> bool:
-    """Whether the samples of a record pile up at its top; no softness is looked for where no sine is given."""
+def _piled_up(response: FloatArray, sign: float, sine: Callable[[], FloatArray] | None, windows: Windows) -> bool:
+    """Whether samples pile up at the top of a record times a sign; no softness is looked for where no sine is given."""
+    y = sign * response
     top = float(np.max(y))
     if top <= 0.0 or len(windows.number) == 0:
         return False
@@ -306,8 +311,9 @@ def _piled_up(y: FloatArray, sine: FloatArray | None, windows: Windows) -> bool:
         return True
     if sine is None:
         return False
-    usual = max(float(np.arccos(1.0 - thresholds.TOP) / np.pi), _share_at_top(sine, windows))
-    return _share_at_top(y, windows) > thresholds.CROWDED * usual
+    share, of_sines = _share_at_top(y, windows), float(np.arccos(1.0 - thresholds.TOP) / np.pi)
+    # the sine is as long as the record: it is made where the average one does not tell already
+    return share > thresholds.CROWDED * of_sines and share > thresholds.CROWDED * _share_at_top(sign * sine(), windows)
 
 
 def _share_at_top(y: FloatArray, windows: Windows) -> float:

@@ -13,7 +13,7 @@ from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.dynamics.effects.effect import Extent
 from scruton.dynamics.effects.terms import Term
 from scruton.dynamics.extended import channel_innovations
-from scruton.dynamics.friction import spring
+from scruton.dynamics.friction import stiffening
 from scruton.dynamics.reading import saturated_reading, third_of_bend
 from scruton.gap.data import FLOOR, GapData
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
@@ -112,7 +112,7 @@ def _run(c, start, cycles, period, omega, knots):  # type: ignore[no-untyped-def
         if k > 0:
             phase += (omega * ((1.0 + c[_DET]) * (1.0 + m * (c[_ST1] + m * (c[_ST2] + m * m * c[_ST4]))) - 1.0)) * dt
             if c[_STICK] != 0.0:
-                phase += omega * dt * c[_STICK] / m * spring(m / c[_WIDTH])
+                phase += omega * dt * stiffening(m, c[_STICK], c[_WIDTH])
         chi = c[_FR] * k * period - phase
         force = c[_FC] * np.cos(chi) + c[_FS] * np.sin(chi)
         if k > 0:

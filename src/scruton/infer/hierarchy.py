@@ -276,9 +276,12 @@ class CampaignPosterior(Posterior):
         s = s | {"damping_ratio": np.ones(asked.shape)}  # no record is read for it
         with np.errstate(all="ignore"):
             for j, ((_, v), likelihood) in enumerate(zip(self._winds(u, s), self._remembered, strict=True)):
+                rows = asked[:, j]
                 # what was asked for last costs nothing, and a part of it would have to be looked up row by row
-                rows = asked[:, j] | likelihood.knows(v)
-                found[rows, j] = likelihood(v if rows.all() else v[rows])
+                if rows.all() or likelihood.knows(v):
+                    found[:, j] = likelihood(v)
+                else:
+                    found[rows, j] = likelihood(v[rows])
         return np.where(asked & np.isfinite(found), found, -np.inf)
 
     def winds(self, u: FloatArray) -> Iterator[tuple[PeakTest, FloatArray]]:

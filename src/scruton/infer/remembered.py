@@ -19,18 +19,18 @@ class Remembered:
     def __init__(self, function: Callable[[FloatArray], FloatArray]) -> None:
         self._function = function
         self._keys, self._values = np.empty(0, dtype=np.uint64), np.empty(0)  # by ascending key
-        self._last: tuple[FloatArray, FloatArray] | None = None
+        self._last = np.empty((0, 0)), np.empty(0)  # rows and their values
 
     def __call__(self, rows: FloatArray) -> FloatArray:
         """Values of the function, one a row."""
         # a sweep asks for the same walkers several times in a row
-        if self._last is None or not self.knows(rows):
+        if not self.knows(rows):
             self._last = rows.copy(), self._looked_up(rows)
         return self._last[1].copy()
 
     def knows(self, rows: FloatArray) -> bool:
         """Whether the very same rows were asked for last, so that all of them cost nothing."""
-        return self._last is not None and np.array_equal(rows, self._last[0])
+        return np.array_equal(rows, self._last[0])
 
     def _looked_up(self, rows: FloatArray) -> FloatArray:
         keys = _numbers(rows)

@@ -130,9 +130,7 @@ class Evidence:
         on: numbers that are the same by what they mean are the same.
         """
         draws = model.draws(u)
-        reach = {
-            name: reach_of(draws, limit, LARGEST_ADDED if added is None else added) for name, added in required.items()
-        }
+        reach = {name: reach_of(draws, limit, added) for name, added in required.items()}
         by_law = self._by_law(model, draws, limit, reach, u, needed)
         if self.law_free is not None:
             by_law[LAW_FREE] = required_of(
@@ -200,8 +198,12 @@ def required_of(needed: FloatArray) -> dict[str, float | None]:
     }
 
 
-def reach_of(draws: Draws, limit: float, added: float) -> Reach | None:
-    """How far the setting with an added damping ratio lies from what was tested; None where that is not known."""
+def reach_of(draws: Draws, limit: float, added: float | None) -> Reach | None:
+    """How far the setting with an added damping ratio lies from what was tested; None where that is not known.
+
+    Where more is required than can be added, which is None, it is that with all that can be.
+    """
+    added = LARGEST_ADDED if added is None else added
     coverage = draws.curve.coverage
     if coverage is None:
         return None

@@ -141,8 +141,7 @@ def required_for_any(draws: Sequence[Draws], limits: Sequence[float], risk: floa
     return RequiredForAny(
         risk, place / size, tuple(added),
         tuple(
-            reach_of(drawn, limit, LARGEST_ADDED if need is None else need)
-            for drawn, limit, need in zip(draws, limits, added, strict=True)
+            reach_of(drawn, limit, need) for drawn, limit, need in zip(draws, limits, added, strict=True)
         ),
         exceedance(draws, limits, can) if len(can) == len(added) else None,
     )  # fmt: skip
