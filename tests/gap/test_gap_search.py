@@ -26,8 +26,9 @@ def found(monkeypatch: pytest.MonkeyPatch) -> Search:
     """Search a world: log evidence by the effects in the model; sets that are not written down have that of none."""
 
     def search(
-        world: World, seen: Sequence[str] = (), bending: Sequence[str] = (), own: Sequence[str] = ()
-    ) -> list[Place]:
+        world: World, seen: Sequence[str] = (), bending: Sequence[str] = (), own: Sequence[str] = (),
+        doubted: Sequence[str] = (),
+    ) -> list[Place]:  # fmt: skip
         def bend(table: Any, *_: object) -> None:
             table[..., Term.STIFFNESS] += 1.0
 
@@ -61,7 +62,13 @@ def found(monkeypatch: pytest.MonkeyPatch) -> Search:
         monkeypatch.setattr(module, "weigh", weigh)
         monkeypatch.setattr(module, "Hypothesis", hypothesis)
         null = fit(())
-        return module.search(null, weigh(null, EFFECTS), EFFECTS, workers=1, progress=lambda _what, _done: None)
+
+        def probable(place: Place) -> float:
+            return 0.4 if place.best.name in doubted else 0.9
+
+        return module.search(
+            null, weigh(null, EFFECTS), EFFECTS, probable=probable, workers=1, progress=lambda _what, _done: None
+        )
 
     return search
 
@@ -113,6 +120,14 @@ def test_what_mends_nothing_any_more_leaves(found: Search) -> None:
     assert sorted(names(found(world | {("unknown",): 30.0}))) == sorted([A, B, C])
     # beside A and B the third, which joined first, gains 4: less than it had to
     assert sorted(names(found(world | {(A, B, C): 134.0, ("unknown",): 30.0}))) == [A, B]
+
+
+def test_a_further_effect_that_is_less_probable_than_not_leaves(found: Search) -> None:
+    world: World = {(A,): 60.0, (B,): 20.0, (C,): 25.0, (A, B): 75.0, (A, C): 70.0, (A, B, C): 90.0}
+    assert sorted(names(found(world))) == sorted([A, B, C])
+    assert sorted(names(found(world, doubted=[C]))) == [A, B], "C gains as much as B, which stays"
+    assert names(found(world, doubted=[B, C])) == [A]
+    assert names(found(world, doubted=[A, B, C])) == [A], "the first one is judged by the verdict"
 
 
 # What the frequency shows is worth 500 with and without the rest, and the generic term knows nothing of it.

@@ -138,7 +138,11 @@ def diagnose_data(
     effects = tuple(effect for effect in everything if prior.get(effect.name, 1.0) > 0.0)
     singles = weigh(null, effects, workers=workers)
     tell("effects together", 0.3)
-    found = search(null, singles, effects, workers=workers, progress=tell)
+
+    def probable(place: Place) -> float:
+        return _in_its_place(place, prior, prior_none)
+
+    found = search(null, singles, effects, probable=probable, workers=workers, progress=tell)
     tell("absolute check", 0.8)
     checks = {NONE: check(null)}
     # What stands beside an effect that is none after all is a verdict of its own.
@@ -152,12 +156,7 @@ def diagnose_data(
     generic = singles[UNKNOWN].best if UNKNOWN in singles else None
     attributed: tuple[str, ...] = ()
     final = null
-    also: dict[str, float] = {}
-    for place in places[1:]:
-        weights = place.gains | {NONE: 0.0}
-        if UNKNOWN in weights:  # it is judged by the rule that it joined by
-            weights[UNKNOWN] -= slack_of_further(weights[place.best.name])
-        also[place.best.name] = probabilities(weights, prior, prior_none)[place.best.name]
+    also = {place.best.name: probable(place) for place in places[1:]}
     if top == UNKNOWN:  # beside it stays what only the frequency shows
         also = {name: p for name, p in also.items() if CATALOGUE[name].channel == "frequency"}
         # a generic term that gains nothing says nothing of it
@@ -193,6 +192,14 @@ def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
     """Load and diagnose; see `diagnose_data` for the options."""
     data = load_gap(campaign)
     return diagnose_data(data, data.campaign, **options)  # type: ignore[arg-type]
+
+
+def _in_its_place(place: Place, prior: Mapping[str, float], prior_none: float) -> float:
+    """Probability of a further effect, the others found in the model."""
+    weights = place.gains | {NONE: 0.0}
+    if UNKNOWN in weights:  # it is judged by the rule that it joined by
+        weights[UNKNOWN] -= slack_of_further(weights[place.best.name])
+    return probabilities(weights, prior, prior_none)[place.best.name]
 
 
 def _judged(

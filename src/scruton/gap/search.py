@@ -58,6 +58,7 @@ def search(
     singles: Mapping[str, Candidate],
     effects: Sequence[Effect],
     *,
+    probable: Callable[[Place], float],
     workers: int,
     progress: Progress,
 ) -> list[Place]:
@@ -65,7 +66,8 @@ def search(
 
     Effects join one by one while each gains enough.  Where the generic term still leads, pairs are tried: two effects
     that fit together may each lose to it alone.  Then each is judged with the others in the model, and what does better
-    in its place takes it.
+    in its place takes it.  A further one stays that is `probable` there, by a half at least: what mends a form that is
+    off a little foretells nothing.
     """
 
     def beside(base: FittedHypothesis, taken: Collection[str], own: Candidate | None = None) -> dict[str, Candidate]:
@@ -104,9 +106,12 @@ def search(
         places = _settled(null, chain, beside)
         gains = [place.best.log_evidence - place.base.log_evidence for place in places]
         # What joined beside a form that another has replaced since may mend nothing any more.
-        if min(gains) >= thresholds.SECOND_NATS:
+        stays = [gain >= thresholds.SECOND_NATS for gain in gains]
+        stays[1:] = [one and probable(place) >= 0.5 for one, place in zip(stays[1:], places[1:], strict=True)]
+        if all(stays):
             return places
-        chain = [place.best for place, gain in zip(places, gains, strict=True) if gain > min(gains)]
+        weakest = min((i for i, one in enumerate(stays) if not one), key=lambda i: gains[i])
+        chain = [place.best for i, place in enumerate(places) if i != weakest]
     return [Place(null, singles)]
 
 
