@@ -11,11 +11,14 @@ from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Campaign, Kind, Motion, Record, Rig, Section, Test
 from scruton.dynamics.departure import DECAY, GROWTH, relative_drift
 from scruton.dynamics.laws import index_of
+from scruton.envelope import record_cycles, ring_down
+from scruton.envelope.ringdown import DampingBand
 from scruton.griffin import predict
 from scruton.griffin.damping import aerodynamic_draws
 from scruton.infer.cards import load_card
 from scruton.infer.damping import damping_prior, draws_over_amplitudes
 from scruton.infer.fit import fit_campaign
+from scruton.infer.front import damping_varies
 from scruton.infer.results import RigResult
 from scruton.infer.varying import VaryingDamping
 from scruton.simulate import Disturbances, Noise, Truth, simulate_record
@@ -183,6 +186,33 @@ def test_beyond_the_ring_downs_it_is_as_uncertain_as_on_their_near_side(varying)
     assert spreads == sorted(spreads)
     ends = ring.structural_damping(ring.curve_amplitude[[0, -1]])
     assert spreads[-1] == pytest.approx(abs(np.log(ends[0] / ends[1])), rel=0.1)
+
+
+def test_what_varies_is_judged_over_both_bands_and_not_between_their_middles(constant):
+    """xi_s straight in ln A: octaves whose means differ by c change by 2 c over both, by 1.5 c with one between."""
+
+    def varies(*over_mean, sd=0.01):
+        edges = 0.1 * 2.0 ** -np.arange(len(over_mean) + 1.0)
+        bands = [DampingBand(edges[i + 1], edges[i], XI * xi, XI * sd, 1) for i, xi in enumerate(over_mean)]
+        return damping_varies(replace(constant.ringdowns["rig"], bands=tuple(bands)))
+
+    assert varies(1.06, 0.94) == (0, 1)
+    assert varies(1.04, 0.96) is None
+    assert varies(1.07, 1.0, 0.93) == (0, 2)
+    assert varies(1.06, 1.0, 0.94) is None
+    assert varies(1.06, 0.94, sd=0.05) is None, "within the errors"
+
+
+def test_a_short_ring_down_whose_damping_grows_by_a_third_is_said_to_vary():
+    """By 34 % over two octaves, whose means differ by less than a fifth."""
+    for drag, said in ((0.0, None), (0.036, (0, 1))):
+        tested = campaign(drag, ring_downs=1)
+        record = tested.rigs[0].records[0]
+        cycles = record_cycles(record, F0, "regression")
+        deep = record.time <= cycles.time[np.argmax(cycles.amplitude < 0.25 * cycles.amplitude[0])]
+        short = replace(record, time=record.time[deep], response=record.response[deep])
+        assert damping_varies(ring_down([record_cycles(short, F0, "regression")])) == said
+    assert xi_of(0.2, 0.036) / xi_of(0.05, 0.036) == pytest.approx(1.34, abs=0.01)
 
 
 def test_a_section_that_builds_up_by_itself_keeps_its_damping():

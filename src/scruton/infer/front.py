@@ -52,16 +52,23 @@ def ringdowns_of(campaign: Campaign, cycles: Mapping[str, Cycles]) -> Mapping[st
 
 
 def damping_varies(ringdown: RingDown) -> tuple[int, int] | None:
-    """Indices of the bands between which damping changes most, if it does; None where one constant will do."""
+    """Indices of the bands between which damping changes most, if it does; None where one constant will do.
+
+    The means of two bands differ by what damping changes between their middles; how much it changes over all of both
+    follows in proportion to ln A, and is what counts: twice as much for neighbours, 1.5 times with one between.
+    """
     bands = ringdown.bands
     xi = np.array([band.damping_ratio for band in bands])
     error = np.array([np.hypot(band.sd / np.sqrt(band.plucks), BAND_FLOOR * abs(band.damping_ratio)) for band in bands])
+    lower, upper = (np.log([getattr(band, end) for band in bands]) for end in ("lower", "upper"))
+    middle = 0.5 * (lower + upper)
     worst, pair = 0.0, None
     for i in range(len(bands)):
         for j in range(i):
             gap = abs(xi[i] - xi[j])
             ratio = gap / np.hypot(error[i], error[j])
-            if ratio > max(worst, DAMPING_CERTAINTY) and gap > DAMPING_VARIATION * 0.5 * abs(xi[i] + xi[j]):
+            change = gap * (upper[j] - lower[i]) / (middle[j] - middle[i])
+            if ratio > max(worst, DAMPING_CERTAINTY) and change > DAMPING_VARIATION * 0.5 * abs(xi[i] + xi[j]):
                 worst, pair = ratio, (j, i)
     return pair
 
