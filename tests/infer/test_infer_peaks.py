@@ -1,7 +1,6 @@
 """The campaign model under several laws: what two small campaigns, one of each kind of force, make of them."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -487,43 +486,3 @@ def test_rigs_that_no_curve_joins_are_named_with_the_factor(peaks_of, tests_of, 
         assert "lie on no one curve" in sentence
         told = float(sentence.split(" is ")[1].split(" times")[0])
         assert told == pytest.approx(factor, rel=0.15) or told == pytest.approx(1.0 / factor, rel=0.15)
-
-
-@pytest.mark.parametrize(
-    ("factors", "upper"),
-    [
-        ((1.8, 1.0, 1.75, 1.05, 0.95, 1.8), "rigs A, C, F and rigs B, D, E lie on two curves"),
-        ((1.0, 1.8, 1.0, 1.8), "rigs B, D and rigs A, C lie on two curves"),
-        ((1.0, 1.0, 1.3, 1.3, 1.3, 1.0), ""),
-        ((0.75, 0.85, 0.95, 1.05, 1.15, 1.25), ""),
-        ((0.6, 0.8, 1.0, 1.6, 2.0, 2.4), ""),
-    ],
-    ids=["two groups", "two pairs", "by no more than usual", "scatter", "no gap"],
-)
-def test_two_groups_of_rigs_on_two_curves_are_named(factors, upper):
-    """The rigs of a group foretell each other, so that no single one lies off all others."""
-    rng, count = np.random.default_rng(4), len(factors)
-    sc, reference = np.linspace(5.0, 40.0, count), 20.0
-    shape = (4, 200, count)
-    strength = sc + 10.0  # a* = 0.9 / (Sc + 10)
-    derived = {
-        "a_star": 0.9 / strength * np.array(factors) * np.exp(0.03 * rng.standard_normal(shape)),
-        "scruton_number": sc * np.ones(shape),
-        "mass_damping_factor": 1000.0 * np.ones(shape),
-        "relaxation_rate": strength / 1000.0 * np.exp(0.05 * rng.standard_normal(shape)),
-        "reference_amplitude": 0.03 * np.exp(0.1 * rng.standard_normal(shape[:2])),
-        "reference_relaxation": np.full(shape[:2], reference + 10.0),
-        "n": np.full(shape[:2], -1.0),
-    }
-    names = tuple(f"test {k}" for k in range(count))
-    each = [SimpleNamespace(wind=SimpleNamespace(omega0=1.0), relaxes=True) for _ in names]
-    law = SimpleNamespace(
-        label="n=-1", derived=derived, posterior=SimpleNamespace(tests=each, reference=(reference, 1000.0))
-    )
-    weights = SimpleNamespace(labels=("n=-1",), weight=np.ones(1))
-    tests = [
-        SimpleNamespace(test=SimpleNamespace(name=name), rig=SimpleNamespace(name="ABCDEF"[k]))
-        for k, name in enumerate(names)
-    ]
-    sentence = off_curve(SimpleNamespace(tests=names, laws=[law], weights=weights), tests)
-    assert sentence.startswith(upper) if upper else sentence == ""

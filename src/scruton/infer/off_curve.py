@@ -6,13 +6,17 @@ The discrepancy between settings grows until it takes any contradiction, and the
 """
 
 import numpy as np
+from scipy.special import ndtr, ndtri
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.infer.results import PeakResult, TestResult
-from scruton.infer.thresholds import GROUPS_APART, OFF_CURVE
+from scruton.infer.thresholds import CHANCE, GROUPS_APART, OFF_CURVE
+from scruton.stats.priors import Prior
 
 _SURE = (0.05, 0.5, 0.95)
+_NORMAL = ndtri(_SURE)
+_TAU_GRID = np.linspace(-3.2, 3.2, 61)  # in standard deviations of the prior
 _WHY = (
     "A unit, a mass or a damping ratio is wrong, or section, wind or law is another; the discrepancy between settings "
     "takes it, and with it the band of predictions"
@@ -31,13 +35,17 @@ def off_curve(joint: PeakResult, tests: list[TestResult]) -> str:
     rate = (law.derived["mass_damping_factor"] * law.derived["relaxation_rate"]).reshape(a.shape) / omega0
     n = np.resize(law.derived["n"], len(a))
     told = [j for j, test in enumerate(law.posterior.tests) if test.relaxes]
-    worst = max((_nearest(k, told, (a, sc, rate, n)) for k in range(len(names))), key=lambda one: one[0])
-    excess, k, j, (low, middle, high) = worst
-    if excess <= np.log(OFF_CURVE):
+    scale = {prior.name: prior for prior in law.posterior.shared}
+    tau, kappa = (scale[f"discrepancy_{name}"] for name in ("amplitude", "relaxation"))
+    ratios, errors = _ratios(told, (a, sc, rate, n), float(kappa.from_sampled(np.array(kappa.location))))
+    found = (_nearest(k, ratios) for k in range(len(names)))
+    off = [one for one in found if one[0] > np.log(OFF_CURVE) and _by_chance(*one[1:3], ratios, errors, tau) < CHANCE]
+    if not off:
         a_ref, relaxation = (law.derived[f"reference_{key}"].reshape(-1, 1) for key in ("amplitude", "relaxation"))
         with np.errstate(all="ignore"):
             curve = a_ref * amplitude_ratio((sc - law.posterior.reference[0]) / relaxation, n[:, None])
         return _groups(np.log(a) - np.log(curve), [rigs[name] for name in names], law.label)
+    _, k, j, (low, middle, high) = max(off, key=lambda one: one[0])
     by = f"{np.exp(middle):.3g} times (90 % {np.exp(low):.2g} to {np.exp(high):.2g})"
     if len(names) == 2:
         what = (
@@ -77,16 +85,56 @@ def _groups(off: FloatArray, rigs: list[str], law: str) -> str:
     return ""
 
 
-def _nearest(k: int, told: list[int], of: tuple[FloatArray, ...]) -> tuple[float, int, int, tuple[float, float, float]]:
-    """The test j that foretells test k best: ln of the ratio that is sure, k, j, and quantiles of ln of the ratio."""
+def _ratios(told: list[int], of: tuple[FloatArray, ...], kappa: float) -> tuple[FloatArray, FloatArray]:
+    """Quantiles of ln of each amplitude k over what test j foretells for it, (J, J, 3), and their error, (J, J).
+
+    The error is that of the draws and of slopes of transients that are off by `kappa`.  NaN where j = k, and where
+    test j tells no rate.
+    """
     a, sc, rate, n = of
-    found = []
+    found = np.full((a.shape[1], a.shape[1], len(_SURE)), np.nan)
+    slope = np.full(found.shape[:2], np.nan)
     for j in told:
-        if j == k:
-            continue
+        x = (sc - sc[:, [j]]) / rate[:, [j]]
         with np.errstate(all="ignore"):
-            foretold = a[:, j] * amplitude_ratio((sc[:, k] - sc[:, j]) / rate[:, j], n)
-            ratio = np.log(a[:, k]) - np.log(foretold)
-        low, middle, high = np.quantile(np.nan_to_num(ratio, nan=0.0, posinf=99.0, neginf=-99.0), _SURE).tolist()
-        found.append((max(low, -high), k, j, (low, middle, high)))
-    return min(found, key=lambda one: one[0], default=(0.0, k, k, (0.0, 0.0, 0.0)))
+            middle, steep, flat = (
+                np.nan_to_num(np.log(a / (a[:, [j]] * amplitude_ratio(x * f, n[:, None]))), posinf=99.0, neginf=-99.0)
+                for f in (1.0, np.exp(kappa), np.exp(-kappa))
+            )
+        found[:, j] = np.quantile(middle, _SURE, axis=0).T
+        slope[:, j] = 0.5 * np.abs(np.median(steep, axis=0) - np.median(flat, axis=0))
+        found[j, j] = np.nan
+    return found, np.hypot((found[..., 2] - found[..., 0]) / (_NORMAL[2] - _NORMAL[0]), slope)
+
+
+def _nearest(k: int, ratios: FloatArray) -> tuple[float, int, int, tuple[float, float, float]]:
+    """The test j that foretells test k best: ln of the ratio that is sure, k, j, and quantiles of ln of the ratio."""
+    sure = np.maximum(ratios[k, :, 0], -ratios[k, :, 2])
+    if np.isnan(sure).all():
+        return 0.0, k, k, (0.0, 0.0, 0.0)
+    j = int(np.nanargmin(sure))
+    low, middle, high = ratios[k, j].tolist()
+    return float(sure[j]), k, j, (low, middle, high)
+
+
+def _by_chance(k: int, j: int, ratios: FloatArray, errors: FloatArray, prior: Prior) -> float:
+    """Probability that the scatter between settings puts a rig as far off its nearest as test k is off test j.
+
+    The scatter is normal of standard deviation tau, of which the prior and how the others lie about each other tell:
+    were test k among them, a rig that is off would widen what it is judged by.
+    """
+    grid = prior.location + prior.scale * _TAU_GRID
+    log_weight, variance = prior.log_density(grid), prior.from_sampled(grid) ** 2
+    others = np.delete(np.arange(len(ratios)), k)
+    pairs = np.ix_(others, others)
+    apart, error = ratios[..., 1][pairs], errors[pairs]
+    known = np.isfinite(apart)
+    if known.any():
+        of_pair = 2.0 * variance[:, None] + error[known] ** 2
+        one = -0.5 * (np.log(of_pair) + apart[known] ** 2 / of_pair)
+        log_weight = log_weight + (len(others) - 1) * one.mean(axis=1)
+    weight = np.exp(log_weight - log_weight.max())
+    of_one = variance * (1.0 + 1.0 / len(others)) + errors[k, j] ** 2
+    tail = float(np.average(2.0 * ndtr(-abs(ratios[k, j, 1]) / np.sqrt(of_one)), weights=weight))
+    # far from its nearest is the highest or the lowest; of two rigs both are, by the same
+    return tail * (2 if len(others) > 1 else 1)
