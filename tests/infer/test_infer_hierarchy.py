@@ -343,19 +343,29 @@ def test_a_test_without_its_only_transient_keeps_its_place_but_not_its_relaxatio
     np.testing.assert_allclose(rest.log_likelihood(moved), rest.log_likelihood(u))
 
 
-def test_what_a_test_remembers_is_what_it_would_say_again():
+@pytest.mark.parametrize("n", [-1.0, 0.0, None])
+@pytest.mark.parametrize("relaxes", [True, False])
+def test_what_is_told_of_blocks_that_no_record_is_read_for_is_what_the_records_say(n, relaxes):
     rng = np.random.default_rng(8)
-    posterior = campaign(-1.0)
+    posterior = campaign(n)
+    if not relaxes:
+        for record in dict.fromkeys(posterior.tests[1].wind.data.record.tolist()):
+            posterior = posterior.without(record)
     u = posterior.prior_draws(rng, 40)
-    first = posterior.log_likelihood(u)
-    for block in posterior.blocks:
-        moved = u[rng.permutation(40)[:23]].copy()
-        moved[:, block.members] += 0.01 * rng.standard_normal(block.members.size)
-        np.testing.assert_allclose(posterior.log_likelihood(moved), campaign(-1.0).log_likelihood(moved), rtol=1e-9)
-    np.testing.assert_array_equal(posterior.log_likelihood(u), first)
-    posterior.forget()
-    moved[0] = u[0]
-    np.testing.assert_array_equal(posterior.log_likelihood(moved), campaign(-1.0).log_likelihood(moved))
+    parts, told = posterior.assess(u)
+    np.testing.assert_array_equal(parts, posterior.log_parts(u))
+    np.testing.assert_allclose(told.sum(axis=1), posterior.log_likelihood(u), rtol=1e-9)
+    unread = [block for block in posterior.blocks if block.unread]
+    assert len(unread) == (2 if n is None else 3)
+    for block in unread:
+        moved = u.copy()
+        moved[:, block.members] += 0.01 * rng.standard_normal((40, block.members.size))
+        before = told.copy()
+        again, still = posterior.assess(moved, told)
+        np.testing.assert_allclose(again, posterior.log_parts(moved), rtol=1e-9)
+        known = [j for j, test in enumerate(posterior.tests) if test.relaxes]
+        np.testing.assert_array_equal(still[:, known], told[:, known])
+        np.testing.assert_array_equal(told, before)
 
 
 @pytest.mark.parametrize("n", [-1.0, 0.0, None])

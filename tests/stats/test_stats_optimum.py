@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from scruton.infer.remembered import Remembered
+from scruton.infer.alike import of_each
 from scruton.stats.optimum import FLAT, climb_side_by_side, find_optima, find_optimum
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
@@ -87,34 +87,7 @@ def test_rows_that_are_alike_are_asked_for_once():
         return rows.sum(axis=1)
 
     rows = np.repeat(np.arange(6.0).reshape(3, 2), [4, 1, 2], axis=0)[[0, 4, 1, 5, 2, 6, 3]]
-    remembered = Remembered(function)
-    np.testing.assert_array_equal(remembered(rows), rows.sum(axis=1))
-    np.testing.assert_array_equal(remembered(rows[::-1]), rows[::-1].sum(axis=1))
-    assert asked == [3]
-
-
-def test_what_is_asked_for_again_at_once_is_not_computed_again_and_may_be_written_into():
-    asked = []
-
-    def function(rows):
-        asked.append(len(rows))
-        return rows.sum(axis=1)
-
-    rows = np.random.default_rng(3).standard_normal((5, 2))
-    remembered, told = Remembered(function), rows.sum(axis=1)
-    remembered(rows)[:] = 0.0
-    assert np.array_equal(remembered(rows), told)
-    rows[0] += 1.0  # in place, as walkers are moved
-    assert np.array_equal(remembered(rows), rows.sum(axis=1))
-    assert asked == [5, 1]
-
-
-def test_rows_are_known_while_nothing_else_was_asked_for() -> None:
-    rows = np.arange(6.0).reshape(3, 2)
-    remembered = Remembered(lambda asked: asked.sum(axis=1))
-    assert not remembered.knows(rows)
-    remembered(rows)
-    assert remembered.knows(rows.copy())
-    assert not remembered.knows(rows[:2])
-    remembered(rows + 1.0)
-    assert not remembered.knows(rows)
+    np.testing.assert_array_equal(of_each(function, rows), rows.sum(axis=1))
+    np.testing.assert_array_equal(of_each(function, rows[[3, 1]]), rows[[3, 1]].sum(axis=1))
+    assert of_each(function, rows[:0]).shape == (0,)
+    assert asked == [3, 2, 0]

@@ -1,7 +1,7 @@
 """Moves, ensembles, convergence and checkpoints on targets whose answer is known."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import emcee
 import numpy as np
@@ -11,7 +11,7 @@ from scipy import stats
 from scruton.arrays import FloatArray
 from scruton.errors import InputError
 from scruton.stats.convergence import SamplerSettings
-from scruton.stats.moves import Sweep, sweep
+from scruton.stats.moves import Sweep, Walkers, sweep
 from scruton.stats.optimum import find_optimum
 from scruton.stats.posterior import Block, Posterior
 from scruton.stats.priors import Prior
@@ -105,8 +105,8 @@ LOCAL = only(differential_evolution=0.7, stretch=0.3)
 
 
 def made(*blocks, settings=None, ensembles=2, shifts=(0.3,), target=None):
-    parts = (target or Normal()).log_parts
-    return sweep(blocks, proposals(*blocks, shifts=shifts), settings or SamplerSettings(), ensembles, parts)
+    assess = (target or Normal()).assess
+    return sweep(blocks, proposals(*blocks, shifts=shifts), settings or SamplerSettings(), ensembles, assess)
 
 
 IN_USE = {
@@ -361,18 +361,21 @@ def test_a_checkpoint_of_other_inputs_is_refused(tmp_path):
 
 
 def test_a_turn_is_made_by_its_chance() -> None:
-    class Counted(emcee.moves.Move):
+    class Counted:
         made = 0
 
-        def propose(self, model: Any, state: emcee.State) -> tuple[emcee.State, FloatArray]:
+        def make(self, at: Walkers, rng: np.random.RandomState) -> FloatArray:
             self.made += 1
-            return state, np.ones(len(state.coords))
+            return np.ones(len(at.coords))
 
     class Model(NamedTuple):
         random: np.random.RandomState
 
+    def assess(u: FloatArray, _: FloatArray | None) -> tuple[FloatArray, FloatArray]:
+        return np.zeros((len(u), 1)), np.zeros((len(u), 0))
+
     always, often = Counted(), Counted()
-    step = Sweep([([always], [1.0]), ([often], [1.0])], [1.0, 0.25])
+    step = Sweep(assess, [([always], [1.0]), ([often], [1.0])], [1.0, 0.25])
     model, state = Model(np.random.RandomState(0)), emcee.State(np.zeros((4, 1)), log_prob=np.zeros(4))
     for _ in range(1000):
         _, accepted = step.propose(model, state)

@@ -25,10 +25,10 @@ import numpy as np
 
 from scruton.arrays import FloatArray, IntArray
 from scruton.dynamics.laws import amplitude_ratio
+from scruton.infer.alike import of_each
 from scruton.infer.in_common import InCommon
 from scruton.infer.models import NOISE, WIND
 from scruton.infer.peak_test import PeakTest
-from scruton.infer.remembered import Remembered
 from scruton.infer.thresholds import TURNS_OF_THE_SCALES, TURNS_OF_THE_SHARED
 from scruton.stats.posterior import Block, Coordinates, Posterior, Values
 from scruton.stats.priors import Prior, finite_exp, normal_log_density
@@ -115,8 +115,10 @@ class CampaignPosterior(Posterior):
             free += [layout[name] for name in _BEYOND_RECORDS if name in layout]
             levels += [layout[name] for name in ("stable_amplitude", "relaxation_ratio", *noise) if name in layout]
         curve, common = (shared[:-1], self.in_common.blocks(shared[-1:])) if self.in_common else (shared, ())
-        joint = Block(np.array([*curve, *free]), np.array(levels, dtype=int), times=TURNS_OF_THE_SHARED)
-        return joint, Block(shared[2:4], np.arange(0), times=TURNS_OF_THE_SCALES), *common, *own
+        joint = Block(
+            np.array([*curve, *free]), np.array(levels, dtype=int), times=TURNS_OF_THE_SHARED, unread=not self.exponent
+        )
+        return joint, Block(shared[2:4], np.arange(0), times=TURNS_OF_THE_SCALES, unread=True), *common, *own
 
     def _each(self, u: FloatArray) -> Iterator[tuple[PeakTest, Values]]:
         """Every test with its coordinates by name."""
@@ -236,11 +238,16 @@ class CampaignPosterior(Posterior):
 
     def log_parts(self, u: FloatArray) -> FloatArray:
         """Log posterior and what of it each test has a say in, (W, 1 + J); see `Posterior.log_parts`."""
+        return self.assess(u)[0]
+
+    def assess(self, u: FloatArray, told: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
+        """`log_parts`, and the log likelihood of every test, (W, J); see `Posterior.assess`."""
         parts, stable, s = self._prior_parts(u)
         alive = stable & np.isfinite(parts[:, 1:]) & np.isfinite(parts[:, :1])
-        parts[:, 1:] += np.where(alive, self._log_likelihoods(u, s, alive), -np.inf)
+        told = self._log_likelihoods(u, s, alive, told)
+        parts[:, 1:] += told
         parts[:, 0] = parts.sum(axis=1)
-        return parts
+        return parts, told
 
     def log_prior_terms(self, u: FloatArray) -> FloatArray:
         """Log prior of every parameter given those before it, (W, d): of ln G_j where lambda is the coordinate.
@@ -270,18 +277,23 @@ class CampaignPosterior(Posterior):
         s = {} if self._relaxes.all() else self.settings(u)
         return self._log_likelihoods(u, s, np.ones((len(u), len(self.tests)), dtype=bool)).sum(axis=1)
 
-    def _log_likelihoods(self, u: FloatArray, s: dict[str, FloatArray], asked: np.ndarray) -> FloatArray:
-        """Log likelihood of every test where it is asked for, (W, J), and -inf elsewhere."""
-        found = np.full(asked.shape, -np.inf)
-        s = s | {"damping_ratio": np.ones(asked.shape)}  # no record is read for it
-        with np.errstate(all="ignore"):
-            for j, ((_, v), likelihood) in enumerate(zip(self._winds(u, s), self._remembered, strict=True)):
-                rows = asked[:, j]
-                # what was asked for last costs nothing, and a part of it would have to be looked up row by row
-                if rows.all() or likelihood.knows(v):
-                    found[:, j] = likelihood(v)
-                else:
-                    found[rows, j] = likelihood(v[rows])
+    def _log_likelihoods(
+        self, u: FloatArray, s: dict[str, FloatArray], asked: np.ndarray, told: FloatArray | None = None
+    ) -> FloatArray:
+        """Log likelihood of every test where it is asked for, (W, J), and -inf elsewhere.
+
+        Of tests that relax it is as `told`, where it is: the others' is cheap, and the curve is in it.
+        """
+        found = np.full(asked.shape, -np.inf) if told is None else told
+        known = told is not None and self._relaxes
+        if not np.all(known):
+            s = s | {"damping_ratio": np.ones(asked.shape)}  # no record is read for it
+            found = found.copy()
+            with np.errstate(all="ignore"):
+                for j, (test, v) in enumerate(self._winds(u, s)):
+                    if told is None or not test.relaxes:
+                        rows = asked[:, j]
+                        found[rows, j] = of_each(test.wind.log_likelihood, v[rows])
         return np.where(asked & np.isfinite(found), found, -np.inf)
 
     def winds(self, u: FloatArray) -> Iterator[tuple[PeakTest, FloatArray]]:
@@ -301,14 +313,6 @@ class CampaignPosterior(Posterior):
             if self.exponent:
                 log["law_exponent"] = self.exponents(u)
             yield test, v
-
-    @cached_property
-    def _remembered(self) -> tuple[Remembered, ...]:
-        """Likelihoods of the tests.
-
-        Their last bits depend on the walkers that are computed side by side: `forget` makes a resumed run the same.
-        """
-        return tuple(Remembered(test.wind.log_likelihood) for test in self.tests)
 
     def prior_sample(self, rng: np.random.Generator, size: int) -> tuple[FloatArray, np.ndarray]:
         """Draws of the generative prior and whether each satisfies the constraint; see `Posterior.prior_sample`."""

@@ -44,7 +44,8 @@ class InCommon:
 
         They lie closer about it than the records tell any of them: turn by turn neither would get far.
         """
-        return Block(common, self.columns), Block(common, np.arange(0), carried=self.columns, chance=CHANCE_OF_ALL)
+        together = Block(common, np.arange(0), carried=self.columns, chance=CHANCE_OF_ALL)
+        return Block(common, self.columns, unread=True), together
 
     def log_density(self, u: FloatArray, common: FloatArray) -> FloatArray:
         """Log prior of every test's coordinate given the common one (W,), (W, J)."""

@@ -61,8 +61,8 @@ def bridge_evidence(
     """
     from scruton.stats.sampler import Ensembles  # emcee and, by it, scipy.stats: few diagnoses come here
 
-    def one_part(u: FloatArray) -> FloatArray:
-        return log_prob(u)[:, None]
+    def one_part(u: FloatArray, _: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
+        return log_prob(u)[:, None], np.empty((len(u), 0))
 
     halves = []
     for k in range(ENSEMBLES):

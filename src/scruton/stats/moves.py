@@ -6,6 +6,7 @@ what moves a walker by others, emcee's differential evolution and stretch, moves
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from itertools import groupby
 from typing import Any, Protocol
 
@@ -19,7 +20,7 @@ from scruton.stats.posterior import Block
 from scruton.stats.student_t import Conditional
 from scruton.stats.thresholds import MORE_LOCAL
 
-LogParts = Callable[[FloatArray], FloatArray]  # `Posterior.log_parts`
+Assess = Callable[[FloatArray, FloatArray | None], tuple[FloatArray, FloatArray]]  # `Posterior.assess`
 Drawn = tuple[FloatArray, FloatArray]  # points, and the log ratios of the densities of the way back and there
 
 
@@ -71,7 +72,24 @@ class ByOthers:
         return np.concatenate(members), np.concatenate(ratio)
 
 
-class AtOnce(emcee.moves.Move):
+@dataclass(eq=False)
+class Walkers:
+    """Where the walkers stand, (W, d), and what `Posterior.assess` says there: (W, 1 + sets) and (W, sets)."""
+
+    coords: FloatArray
+    parts: FloatArray
+    told: FloatArray
+
+
+class Move(Protocol):
+    """One turn of a sweep."""
+
+    def make(self, at: Walkers, rng: np.random.RandomState) -> FloatArray:
+        """Move the walkers in place; the fraction of the proposals that each accepted, (W,)."""
+        ...
+
+
+class AtOnce:
     """Blocks that know nothing of each other are moved at once, and each is accepted by itself.
 
     Attributes
@@ -86,36 +104,39 @@ class AtOnce(emcee.moves.Move):
     """
 
     def __init__(
-        self, blocks: Sequence[Block], proposals: Sequence[Proposal], log_parts: LogParts, *, by_halves: bool
+        self, blocks: Sequence[Block], proposals: Sequence[Proposal], assess: Assess, *, by_halves: bool
     ) -> None:
-        self.blocks, self.proposals, self.log_parts, self.by_halves = blocks, proposals, log_parts, by_halves
+        self.blocks, self.proposals, self.assess, self.by_halves = blocks, proposals, assess, by_halves
 
-    def propose(self, model: Any, state: emcee.State) -> tuple[emcee.State, FloatArray]:
-        """Move every walker; and the fraction of the proposals that each accepted."""
-        parts = np.array([block.part for block in self.blocks])
-        accepted = np.zeros(len(state.coords))
+    def make(self, at: Walkers, rng: np.random.RandomState) -> FloatArray:
+        """See `Move`."""
+        which = [block.part for block in self.blocks]
+        unread = all(block.unread for block in self.blocks)
+        accepted = np.zeros(len(at.coords))
         for own, rest in self._turns():
-            walkers, others = state.coords[own], state.coords[rest]
+            walkers, parts, told = at.coords[own], at.parts[own], at.told[own]  # views, which are moved
             new = walkers.copy()
-            ratio = np.empty((len(walkers), len(parts)))
+            ratio = np.empty((len(walkers), len(which)))
             for k, (block, proposal) in enumerate(zip(self.blocks, self.proposals, strict=True)):
-                new[:, block.members], ratio[:, k] = proposal.draw(walkers, others, model.random)
+                new[:, block.members], ratio[:, k] = proposal.draw(walkers, at.coords[rest], rng)
                 if block.carried.size:
                     new[:, block.carried] += new[:, block.members] - walkers[:, block.members]
-            if parts.any():
-                before, after = np.split(self.log_parts(np.concatenate([walkers, new])), 2)
+            after, told_after = self.assess(new, told if unread else None)
+            gain = after[:, which] - parts[:, which]
+            good = np.log(rng.random_sample(ratio.shape)) < gain + ratio
+            if which == [0]:
+                for of, then in ((walkers, new), (parts, after), (told, told_after)):
+                    np.copyto(of, then, where=good)
             else:
-                before, after = state.log_prob[own, None], self.log_parts(new)
-            whole, before, after = before[:, 0], before[:, parts], after[:, parts]
-            good = np.log(model.random.random_sample(ratio.shape)) < after - before + ratio
-            for k, block in enumerate(self.blocks):
-                moved = np.r_[block.members, block.carried]
-                walkers[:, moved] = np.where(good[:, k, None], new[:, moved], walkers[:, moved])
-            state.coords[own] = walkers
-            # what is in none of the blocks, which is nothing where one of them is all, stays as it is
-            state.log_prob[own] = whole - before.sum(axis=1) + np.where(good, after, before).sum(axis=1)
+                # what is in none of the blocks stays as it is
+                parts[:, 0] += np.where(good, gain, 0.0).sum(axis=1)
+                for k, block in enumerate(self.blocks):
+                    moved = np.r_[block.members, block.carried]
+                    each = (walkers, new, moved), (parts, after, [block.part]), (told, told_after, [block.part - 1])
+                    for of, then, columns in each:
+                        of[:, columns] = np.where(good[:, k, None], then[:, columns], of[:, columns])
             accepted[own] = good.mean(axis=1)
-        return state, accepted
+        return accepted
 
     def _turns(self) -> Iterator[tuple[slice, slice]]:
         """Which walkers move, and which stand still, in turn."""
@@ -131,6 +152,8 @@ class Sweep(emcee.moves.Move):
 
     Attributes
     ----------
+    assess : callable
+        `Posterior.assess`, asked once for walkers that have not been moved by this sweep; then it is remembered.
     turns : sequence of (sequence of Move, sequence of float)
         Moves of each turn and their weights; one of weight zero is left out.
     chances : sequence of float, optional
@@ -139,22 +162,27 @@ class Sweep(emcee.moves.Move):
 
     def __init__(
         self,
-        turns: Sequence[tuple[Sequence[emcee.moves.Move], Sequence[float]]],
+        assess: Assess,
+        turns: Sequence[tuple[Sequence[Move], Sequence[float]]],
         chances: Sequence[float] | None = None,
     ) -> None:
+        self.assess = assess
         self.turns = [(moves, np.cumsum(weights) / np.sum(weights)) for moves, weights in turns]
         self.chances = [1.0] * len(self.turns) if chances is None else list(chances)
+        self._at = Walkers(*np.empty((3, 0, 0)))
 
     def propose(self, model: Any, state: emcee.State) -> tuple[emcee.State, FloatArray]:
         """Move every walker; and the fraction of the proposals that each accepted."""
+        if self._at.coords is not state.coords:
+            self._at = Walkers(state.coords, *self.assess(state.coords, None))
         accepted, made = np.zeros(len(state.coords)), 0
         for (moves, share), chance in zip(self.turns, self.chances, strict=True):
             if chance < 1.0 and model.random.random_sample() >= chance:
                 continue
             made += 1
             move = moves[int(np.searchsorted(share, model.random.random_sample(), side="right"))]
-            state, good = move.propose(model, state)
-            accepted += good
+            accepted += move.make(self._at, model.random)
+        state.log_prob = self._at.parts[:, 0].copy()
         return state, accepted / made
 
 
@@ -163,7 +191,7 @@ def sweep(
     proposals: Sequence[Sequence[Conditional]],
     settings: SamplerSettings,
     ensembles: int,
-    log_parts: LogParts,
+    assess: Assess,
 ) -> Sweep:
     """Return the move of one step: each block's, or that of neighbours at once, by the card's weights.
 
@@ -180,12 +208,12 @@ def sweep(
         of_turn = [(blocks[i], [own[i] for own in proposals]) for i in group]
         together = [block for block, _ in of_turn]
         fixed = [Independence(proposal) for _, proposal in of_turn]
-        moves = [AtOnce(together, fixed, log_parts, by_halves=False)]
+        moves = [AtOnce(together, fixed, assess, by_halves=False)]
         for move in (DEMove, StretchMove):
             local = [ByOthers(move(), ensembles, block.members) for block in together]
-            moves.append(AtOnce(together, local, log_parts, by_halves=True))
+            moves.append(AtOnce(together, local, assess, by_halves=True))
         more = MORE_LOCAL if len(of_turn[0][1][0].whole.parts) > 1 else 1.0
         weights = settings.independence, more * settings.differential_evolution, more * settings.stretch
         turns += [(moves, weights)] * together[0].times
         chances += [together[0].chance] * together[0].times
-    return Sweep(turns, chances)
+    return Sweep(assess, turns, chances)

@@ -19,7 +19,8 @@ class Block(NamedTuple):
     `part` is the column of `Posterior.log_parts` that knows them.  Blocks that follow each other, each with a part of
     its own, are moved at once; the whole is that of a block that moves by itself, so many `times` in a row.  Where it
     has one member, coordinates that lie about that may be `carried`: they move by as much, and keep their distances.
-    A block without which the others find everything, only more slowly, may be moved by `chance`.
+    A block without which the others find everything, only more slowly, may be moved by `chance`.  One is `unread` whose
+    members the records are not read for: the likelihoods stay as they are.
     """
 
     members: IntArray
@@ -28,6 +29,7 @@ class Block(NamedTuple):
     times: int = 1
     carried: IntArray = np.arange(0)
     chance: float = 1.0
+    unread: bool = False
 
 
 class Values:
@@ -118,10 +120,6 @@ class Posterior(ABC):
         """Coordinates that are sampled together, given the others; by default all are at once."""
         return (Block(np.arange(len(self.priors)), np.arange(0)),)
 
-    def forget(self) -> None:
-        """Drop what is remembered of earlier calls, so that what follows is the same whatever came before."""
-        self.__dict__.pop("_remembered", None)
-
     def named(self, u: FloatArray) -> Values:
         """Coordinates by name, from an array with them on its last axis."""
         return self.coordinates.of(u)
@@ -145,6 +143,14 @@ class Posterior(ABC):
         worth, unless it is what they share that is impossible.
         """
         return self.log_prob(u)[:, None]
+
+    def assess(self, u: FloatArray, told: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
+        """`log_parts`, and the log likelihood of each set of `apart`, (W, sets), as far as the model tells them.
+
+        Where walkers have moved in what is `unread` alone, what it said of them before is `told`.
+        """
+        parts = self.log_parts(u)
+        return parts, np.zeros((len(u), parts.shape[1] - 1))
 
     @abstractmethod
     def log_likelihood(self, u: FloatArray) -> FloatArray:

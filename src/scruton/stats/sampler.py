@@ -24,7 +24,7 @@ from scruton.arrays import FloatArray, end_to_end, thin
 from scruton.documents import replace_file, written_to
 from scruton.errors import InputError
 from scruton.stats.convergence import SamplerSettings, effective_draws, judge, promising
-from scruton.stats.moves import LogParts, sweep
+from scruton.stats.moves import Assess, sweep
 from scruton.stats.optimum import find_optima
 from scruton.stats.posterior import Block, Posterior
 from scruton.stats.samples import Samples
@@ -113,10 +113,10 @@ class Ensembles:
         """Steps since the last adaptation."""
         return sum(len(part) for part in self.chain)
 
-    def advance(self, log_parts: LogParts, steps: int, settings: SamplerSettings) -> None:
+    def advance(self, assess: Assess, steps: int, settings: SamplerSettings) -> None:
         """Go on."""
-        step = sweep(self.blocks, self.proposals, settings, self.count, log_parts)
-        sampler = emcee.EnsembleSampler(*self.coords.shape, log_parts, moves=step)  # which the moves alone ask
+        step = sweep(self.blocks, self.proposals, settings, self.count, assess)
+        sampler = emcee.EnsembleSampler(*self.coords.shape, assess, moves=step)  # which the moves alone ask
         state = emcee.State(self.coords, log_prob=self.log_prob, random_state=self.random_state)
         last = sampler.run_mcmc(state, steps, skip_initial_state_check=True)
         self.coords, self.log_prob, self.random_state = last.coords, last.log_prob, last.random_state
@@ -215,8 +215,7 @@ def sample(
         first = total if rounds < EARLY else max(total // 2, math.ceil(BURNT * settings.draws / (BURNT - 1)))
         chunk = max(FIRST_CHUNK, math.ceil(more * ensembles.steps) or first)
         chunk = min(chunk, LARGEST_CHUNK, settings.max_steps - total)
-        posterior.forget()
-        ensembles.advance(posterior.log_parts, chunk, settings)
+        ensembles.advance(posterior.assess, chunk, settings)
         total += chunk
         if checkpoint:
             checkpoint.save({"counts": np.array([total, rounds]), **_pack(ensembles)})
