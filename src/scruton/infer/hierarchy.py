@@ -108,11 +108,13 @@ class CampaignPosterior(Posterior):
         costs no likelihood is moved several times as often; discrepancies follow squares, of which no regression knows.
         """
         shared = np.arange(self.own_coordinates[0].start)
-        own = (Block(members, shared, j) for j, members in enumerate(self.apart, 1))
+        own: list[Block] = []
         free, levels = [], []
-        for test, layout in zip(self.tests, self.own_coordinates, strict=True):
+        for j, (test, layout) in enumerate(zip(self.tests, self.own_coordinates, strict=True), 1):
             noise = NOISE if self.exponent else () if test.relaxes else _OF_A_MEAN
-            free += [layout[name] for name in _BEYOND_RECORDS if name in layout]
+            beyond = [layout[name] for name in _BEYOND_RECORDS if name in layout]
+            own.append(Block(np.setdiff1d(self.apart[j - 1], beyond), np.array([*shared, *beyond]), j))
+            free += beyond
             levels += [layout[name] for name in ("stable_amplitude", "relaxation_ratio", *noise) if name in layout]
         curve, common = (shared[:-1], self.in_common.blocks(shared[-1:])) if self.in_common else (shared, ())
         joint = Block(
