@@ -139,7 +139,8 @@ def check_units(inspection: Inspection) -> None:
                     record.path, record.field,
                     f"an amplitude of {one.level:.3g}, a factor {figure(factor)} off the {other.level:.3g} of "
                     f"{other.name} in the same test {test.name}",
-                    "two records in the units that are stated for them: mend that of one, or its scale",
+                    "two records in the units that are stated for them: mend the unit or scale of one, or leave out "
+                    "one that was cut while its amplitude still swings",
                 )  # fmt: skip
 
 
