@@ -3,7 +3,7 @@
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.envelope.thresholds import THIRD_HARMONIC
+from scruton.envelope.thresholds import LEAKS, THIRD_HARMONIC
 from scruton.envelope.types import Cycles
 
 
@@ -11,11 +11,13 @@ def third_harmonic(time: FloatArray, response: FloatArray, cycles: Cycles) -> tu
     """In-phase third harmonic of every cycle of a record as `demodulate` gives them, and its standard error, (K,) each.
 
     It is the coefficient of cos(3 theta) where the response is A cos(theta), negative for flat tops; the error is
-    infinite where there are fewer than twelve samples per cycle.  Each cycle is regressed on a constant, a slope, three
+    infinite where there are fewer than twelve samples per cycle.  A force that follows the velocity (friction, drag, a
+    wind that damps far beyond the law) bends the wave in quadrature; where that changes within a cycle a part of it
+    shows in phase, and counts as error.  Each cycle is regressed on a constant, a slope, three
     harmonics and the fundamental times time, so that growth leaks into none of them.
     """
     count = cycles.time.size
-    third, error = np.zeros(count), np.full(count, np.inf)
+    third, error, quadrature = np.zeros(count), np.full(count, np.inf), np.zeros(count)
     omega = 2.0 * np.pi * cycles.reference_frequency
     half = 0.5 / cycles.reference_frequency
     if (len(time) - 1) / (time[-1] - time[0]) / cycles.reference_frequency < THIRD_HARMONIC:
@@ -45,7 +47,8 @@ def third_harmonic(time: FloatArray, response: FloatArray, cycles: Cycles) -> tu
         z = beta[:, 1] - 1j * beta[:, 2]
         three = beta[:, 5] - 1j * beta[:, 6]
         unit = z / np.maximum(np.abs(z), 1e-300)
-        third[which] = np.real(three * np.conj(unit) ** 3)
+        turned = three * np.conj(unit) ** 3
+        third[which], quadrature[which] = np.real(turned), np.imag(turned)
         error[which] = np.sqrt(variance * 0.5 * (inverse[:, 5, 5] + inverse[:, 6, 6]))
     # the noise of one cycle is known poorly; that of its neighbourhood well
     finite = np.isfinite(error)
@@ -54,4 +57,6 @@ def third_harmonic(time: FloatArray, response: FloatArray, cycles: Cycles) -> tu
         power = np.where(finite, error, np.median(error[finite])) ** 2
         padded = np.pad(power, 8, mode="edge")
         error = np.where(finite, np.sqrt(np.convolve(padded, window, mode="valid")), np.inf)
+        beyond = np.maximum(np.abs(quadrature) - 2.0 * np.where(finite, error, 0.0), 0.0)
+        error = np.hypot(error, LEAKS * beyond)
     return third, error

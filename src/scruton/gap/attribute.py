@@ -96,11 +96,14 @@ def weigh(
         chosen = [ranked[0] for ranked in promising if ranked]
         found = fits(chosen)
         # Promises hold to second order: what comes near the lesser of what the first one promised and what it kept.
-        kept = {test.variant.effect: fit.log_evidence for test, fit in zip(chosen, found, strict=True)}
+        kept = {
+            test.variant.effect: fit.log_evidence - base.log_evidence for test, fit in zip(chosen, found, strict=True)
+        }
         others = []
         for first, *ranked in filter(None, promising):
-            least = max(min(first.gain, kept[first.variant.effect] - base.log_evidence), 0.0)
-            others += [test for test in ranked if test.gain >= least - FIT_WITHIN - FIT_SHARE * least]
+            least, most = sorted(max(gain, 0.0) for gain in (first.gain, kept[first.variant.effect]))
+            needed = max(least - FIT_WITHIN, HOPELESS) - FIT_SHARE * most
+            others += [test for test in ranked if test.gain >= needed]
         if known is not None and known.variant is not None:
             others.append(ScoreTest(known.variant, 0.0, known.optimum))
         chosen, found = [*chosen, *others], [*found, *fits(others)]
@@ -123,13 +126,16 @@ def weigh(
 
 
 def _promising(tests: Sequence[ScoreTest], most: int) -> list[ScoreTest]:
-    """The most promising variants of an effect, at most so many, without hopeless ones; the first one first.
+    """The most promising variants of an effect, at most so many, the first one first; none where that is hopeless.
 
-    What is scanned for is never hopeless: at an optimum whose gusts follow its beats or jumps little of it is left to
-    score.
+    Of variants that differ in their rig, test or record alone the best stands for all.  What is scanned for is never
+    hopeless: at an optimum whose gusts follow its beats or jumps little of it is left to score.
     """
-    ranked = sorted(tests, key=lambda test: -test.gain - np.log(test.variant.weight))[:most]
-    return [test for i, test in enumerate(ranked) if test.gain >= HOPELESS or (i == 0 and test.variant.scan)]
+    ranked: dict[tuple[str, Extent], ScoreTest] = {}
+    for test in sorted(tests, key=lambda test: -test.gain - np.log(test.variant.weight)):
+        ranked.setdefault((test.variant.form, test.variant.scope.extent), test)
+    best = [*ranked.values()][:most]
+    return best if best and (best[0].gain >= HOPELESS or best[0].variant.scan) else []
 
 
 def log_noticeable(fit: FittedHypothesis) -> float:
@@ -257,9 +263,10 @@ class Screen:
         return ScoreTest(variant, best.gain - float(np.log(len(starts))), best.start)
 
     def direct(self, variant: Variant, parameter: Parameter) -> ScoreTest:
-        """Test of a variant of one positive parameter: the likelihood along a grid, the base held still.
+        """Test of a variant of one positive parameter: the likelihood along a grid, and where the base then follows.
 
         Records tell of their own value alone, so that each is sought by itself: what acts in some is found in those.
+        With a base that stays where it was a lag would promise a third of what it gains with another (Y1, epsilon).
         """
         about = (float(parameter.location + parameter.scale * x) for x in _ABOUT)
         grid = np.array(sorted({*parameter.starts, *about}))
@@ -269,8 +276,31 @@ class Screen:
         of_cycle = np.tile(parameter.members[self.data.channels.record], 3)
         value = np.stack([ratio[:, of_cycle == g].sum(axis=1) for g in range(parameter.size)])
         value = np.where(np.isfinite(value), value, -np.inf)
+        best = value.argmax(axis=1)
         gain = float(value.max(axis=1).sum())
-        return ScoreTest(variant, gain, {parameter.name: grid[value.argmax(axis=1)]})
+        found = {parameter.name: grid[best]}
+        if np.isfinite(gain):
+            gain = max(gain, self._followed(variant, parameter, grid[best]))
+        return ScoreTest(variant, gain, found)
+
+    def _followed(self, variant: Variant, parameter: Parameter, at: FloatArray) -> float:
+        """Gain in log posterior of a variant where the base has made one step of scoring with it."""
+        values = {parameter.name: np.where(parameter.members >= 0, np.exp(at)[parameter.members], 0.0)[None]}
+        v, s = (x[0] for x in self._innovations(variant, [values]))
+        first, second = v / s - self.v * self.weight, 0.5 * (1.0 - v * v / s - self.spread)
+        pull = np.zeros(self.base.mode.size)
+        for cycles, rows, where in self.hypothesis.blocks:
+            pull[where] -= (
+                self.jv[np.ix_(rows, cycles)] @ first[cycles] + self.js[np.ix_(rows, cycles)] @ second[cycles]
+            )
+        moved = (self.base.mode + self.base.covariance @ pull)[None]
+        table = self.hypothesis.table(moved)
+        variant.apply(table, values, self.data.layout)
+        with np.errstate(all="ignore"):
+            v, s = channel_innovations(self.data.channels, table)
+            like = -0.5 * float(np.sum(v * v / s + np.log(s) - self.v * self.v * self.weight - self.log_s))
+        gain = like + float(self.hypothesis.log_prior(moved)[0]) - self.base.log_prior
+        return gain if np.isfinite(gain) else -np.inf
 
     def scan(self, variant: Variant) -> ScoreTest:
         """Test of a variant with many optima: the best place on a grid of its scanned parameter, value by value."""
