@@ -14,19 +14,24 @@ from scruton.campaign.schema import Campaign
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.dynamics.effects.effect import Extent, size_prior
 from scruton.gap import diagnosis
-from scruton.gap.attribute import Candidate, Screen, _in_some, log_noticeable, weigh
+from scruton.gap.attribute import Candidate, log_noticeable, weigh
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import UNKNOWN as UNKNOWN_NAME
 from scruton.gap.diagnosis import _judged, _preferred, fit_null
 from scruton.gap.further_record import FurtherRecord, in_layout_of, with_record
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.locate import scope_findings
+from scruton.gap.screen import Screen, _in_some
 from scruton.gap.search import Place
 from scruton.gap.thresholds import NOTICED
 
 
 def null_of(
-    seed: int, index: int, effect: str | None, severity: float, gusts: float | tuple[float, float] = (0.0, 0.02)
+    seed: int,
+    index: int,
+    effect: str | Sequence[str] | None,
+    severity: float,
+    gusts: float | tuple[float, float] = (0.0, 0.02),
 ) -> tuple[FittedHypothesis, dict]:
     campaign, answer = simulate_case(seed, index, effect, severity, turbulence=(0.01, 0.03), gusts=gusts)
     return fit_null(load_gap(campaign))[1], answer
@@ -39,6 +44,36 @@ def test_a_promise_that_is_not_kept_shuts_out_no_other_form() -> None:
     assert best is not None
     assert best.hypothesis.variants[-1].label == "the wake's amplitude sets the damping"
     assert best.log_evidence > null.log_evidence + 50.0
+
+
+def test_a_lag_promises_what_it_gains_with_another_law() -> None:
+    """With the null model held still it promised 52 nats of 181: a form that gains 111 stood before it."""
+    null, _ = null_of(9431, 6, "fluid_memory", 0.2)
+    forms = {test.variant.label: test for test in Screen(null).tests(CATALOGUE["fluid_memory"])}
+    lag = forms["the wake's amplitude sets the damping"]
+    kept = null.with_variants(lag.variant, start=lag.start).log_evidence - null.log_evidence
+    assert 0.5 * kept < lag.gain < kept
+    assert lag.gain == max(test.gain for test in forms.values())
+
+
+def test_a_force_in_two_rigs_of_three_is_found_where_another_form_promises_more() -> None:
+    """Beside a damping as A^4 all promise less than nothing, least of all the one that gains 240: each rig its own."""
+    null, _ = null_of(9611, 36, ("aerodynamic_damping_nonlinearity", "vortex_shedding_forcing"), 0.2)
+    base = weigh(null, [CATALOGUE["aerodynamic_damping_nonlinearity"]])["aerodynamic_damping_nonlinearity"].best
+    assert base is not None
+    found = weigh(base, [CATALOGUE["vortex_shedding_forcing"]], quick=CATALOGUE)["vortex_shedding_forcing"]
+    assert found.variant is not None
+    assert found.variant.scope.extent is Extent.EACH_TEST
+    assert found.log_evidence > base.log_evidence + 200.0
+
+
+def test_a_damping_that_bends_the_wave_is_no_saturation_beside_itself() -> None:
+    """Releases that lose a fifth in a cycle have a third harmonic of 2 % in quadrature, and half of that in phase."""
+    null, _ = null_of(9431, 19, "aerodynamic_damping_nonlinearity", 0.2)
+    base = weigh(null, [CATALOGUE["aerodynamic_damping_nonlinearity"]])["aerodynamic_damping_nonlinearity"].best
+    assert base is not None
+    found = weigh(base, [CATALOGUE["sensor_clipping"]], quick=CATALOGUE)["sensor_clipping"]
+    assert found.log_evidence < base.log_evidence + 4.0
 
 
 def test_a_force_whose_beats_gusts_follow_is_found() -> None:

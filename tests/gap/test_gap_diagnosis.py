@@ -12,12 +12,13 @@ from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Campaign, Kind, Motion, Record, Rig, Section
 from scruton.dynamics.effects import CATALOGUE
 from scruton.gap import diagnosis
-from scruton.gap.attribute import Candidate, Screen
+from scruton.gap.attribute import Candidate
 from scruton.gap.check import check, second_lines
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import diagnose, fit_null
 from scruton.gap.hypothesis import Hypothesis
 from scruton.gap.null_model import null_model
+from scruton.gap.screen import Screen
 from scruton.gap.thresholds import LINE_NATS
 from scruton.infer.fit import envelope
 from scruton.simulate.motion import Noise

@@ -11,12 +11,13 @@ from scipy import stats
 from scruton.calibrate.challenge.case import simulate_case
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Parameter
 from scruton.dynamics.effects.effect import Extent
-from scruton.gap.attribute import Screen, weigh
+from scruton.gap.attribute import weigh
 from scruton.gap.check import check, knocked
 from scruton.gap.data import load_gap
 from scruton.gap.diagnose import _quantiles, examine
 from scruton.gap.diagnosis import fit_null
 from scruton.gap.meaning import meaning
+from scruton.gap.screen import Screen
 from scruton.gap.shrink import _fraction
 from scruton.infer.cards import load_card
 from scruton.report.chapters.gap import contained_sentence, gap_sentence, gap_summary, shrink_sentence

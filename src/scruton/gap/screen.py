@@ -1,0 +1,272 @@
+"""Score tests from one optimum: which variants of an effect are worth a fit, and from where."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from math import comb
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import logsumexp
+
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects import Effect
+from scruton.dynamics.effects.effect import Extent, Parameter, Variant
+from scruton.dynamics.extended import channel_innovations
+from scruton.gap.hypothesis import FittedHypothesis
+from scruton.gap.thresholds import FEWEST_BEATS, MOST_DETUNING
+
+_NUDGE = 1e-4
+_PROBE = 1e-3
+_MOMENTS = np.arange(0.15, 0.86, 0.05)
+_DETUNINGS = np.concatenate([np.arange(-MOST_DETUNING, -0.0045, 0.001), np.arange(0.005, MOST_DETUNING + 1e-4, 0.001)])
+_ABOUT = (-2.0, -1.2, -0.5, 0.0, 0.5, 1.2)  # standard deviations of a prior
+
+
+class ScoreTest(NamedTuple):
+    """A variant, the gain in log evidence that its score at the optimum lets expect, and where to start its fit."""
+
+    variant: Variant
+    gain: float
+    start: Mapping[str, FloatArray]
+
+
+def first_starts(variant: Variant) -> dict[str, FloatArray]:
+    """Where the search begins in every parameter of a variant."""
+    return {p.name: np.full(p.size, p.starts[0]) for p in variant.parameters}
+
+
+class Screen:
+    """Score tests from one optimum, that of the hypothesis that variants are added to."""
+
+    def __init__(self, base: FittedHypothesis) -> None:
+        self.base, self.hypothesis, self.data = base, base.hypothesis, base.hypothesis.data
+        self.v, self.log_s, self.jv, self.js = self.hypothesis.derivatives(base.mode)
+        self.weight = np.exp(-self.log_s)
+        self.spread = 1.0 - self.v * self.v * self.weight
+        self.table = base.table
+        self._scans: dict[tuple[str, str], tuple[FloatArray, FloatArray, FloatArray, np.ndarray]] = {}
+
+    def tests(self, effect: Effect) -> list[ScoreTest]:
+        """Screen every variant of an effect."""
+        return [self._test(variant) for variant in effect.variants(self.data.layout)]
+
+    def _test(self, variant: Variant) -> ScoreTest:
+        alone = len(variant.parameters) == 1 and variant.parameters[0].log
+        if variant.scan in ("moment", "detuning"):
+            test = self.scan(variant)
+        elif variant.scan:
+            test = self.along(variant)
+        else:
+            test = self.direct(variant, variant.parameters[0]) if alone else self.linear(variant)
+        return test._replace(gain=test.gain + variant.seen)
+
+    def _innovations(
+        self, variant: Variant, points: Sequence[Mapping[str, FloatArray]]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Innovations and variances with a variant; the base goes first, so that what they share is not redone."""
+        tables = np.repeat(self.table[None], len(points) + 1, axis=0)
+        for i, values in enumerate(points, 1):
+            variant.apply(tables[i : i + 1], values, self.data.layout)
+        v, s = channel_innovations(self.data.channels, tables)
+        return v[1:], s[1:]
+
+    def linear(self, variant: Variant) -> ScoreTest:
+        """Laplace gain of a variant, the parameters of the base re-optimised to second order.
+
+        Where further parameters shape the first one, they are held where their search begins; what they do by
+        themselves (a lag moves the law's own terms) is gained or lost there.
+        """
+        shaped = any(p.log or p.starts[0] for p in variant.parameters)
+        tested = variant.parameters[:1] if shaped else variant.parameters
+        held = {p.name: _in_records(p, np.exp(p.starts[0]) if p.log else p.starts[0]) for p in variant.parameters}
+        still = [held | {p.name: _in_records(p, 0.0) for p in tested}] if shaped else []
+        v, s = self._innovations(variant, [*still, *(held | {p.name: _in_records(p, _NUDGE)} for p in tested)])
+        v0, log_s0, weight, spread, alone = self.v, self.log_s, self.weight, self.spread, 0.0
+        if shaped:
+            v0, log_s0, v, s = v[0], np.log(s[0]), v[1:], s[1:]
+            weight = np.exp(-log_s0)
+            spread = 1.0 - v0 * v0 * weight
+            alone = 0.5 * float(np.sum(self.log_s - self.spread - log_s0 + spread))
+        dv, ds = (v - v0) / _NUDGE, (np.log(s) - log_s0) / _NUDGE
+        scales = np.concatenate([np.broadcast_to(p.scale, p.size) for p in tested])
+        first = np.cumsum([0, *(p.size for p in tested)])
+        score, curvature = np.zeros(scales.size), np.diag(1.0 / scales**2)
+        mixed = np.zeros((scales.size, self.base.mode.size))
+        for r, (cycles, rows, where) in enumerate(self.hypothesis.blocks):
+            active = [i for i, p in enumerate(tested) if p.members[r] >= 0]
+            if not active:
+                continue
+            place = np.array([first[i] + tested[i].members[r] for i in active])
+            a, b, w = dv[np.ix_(active, cycles)], ds[np.ix_(active, cycles)], weight[cycles]
+            score[place] -= (a * w) @ v0[cycles] + 0.5 * b @ spread[cycles]
+            curvature[np.ix_(place, place)] += (a * w) @ a.T + 0.5 * b @ b.T
+            c, e = self.jv[np.ix_(rows, cycles)], self.js[np.ix_(rows, cycles)]
+            mixed[np.ix_(place, where)] += (a * w) @ c.T + 0.5 * b @ e.T
+        schur = curvature - mixed @ self.base.covariance @ mixed.T
+        schur = 0.5 * (schur + schur.T)
+
+        def gain(where: np.ndarray) -> float:
+            return float(_gained(score[where], schur[np.ix_(where, where)], scales[where])[0])
+
+        if variant.scope.extent is Extent.SOME_RECORDS:
+            places = np.add.outer(np.arange(tested[0].size), first[:-1])
+            order = np.argsort([-gain(place) for place in places])
+            variant, found = _in_some(variant, order, lambda some: gain(places[some].ravel()))
+        else:
+            found = gain(np.arange(scales.size))
+        return ScoreTest(variant, alone + found, first_starts(variant))
+
+    def along(self, variant: Variant) -> ScoreTest:
+        """Test of a variant with many optima in a parameter that records share: the best of its starts."""
+        tests = []
+        starts = next(p.starts for p in variant.parameters if p.name == variant.scan)
+        for start in starts:
+            held = (replace(p, starts=(start,)) if p.name == variant.scan else p for p in variant.parameters)
+            tests.append(self.linear(replace(variant, parameters=tuple(held))))
+        best = max(tests, key=lambda test: test.gain)
+        return ScoreTest(variant, best.gain - float(np.log(len(starts))), best.start)
+
+    def direct(self, variant: Variant, parameter: Parameter) -> ScoreTest:
+        """Test of a variant of one positive parameter: the likelihood along a grid, and where the base then follows.
+
+        Records tell of their own value alone, so that each is sought by itself: what acts in some is found in those.
+        With a base that stays where it was a lag would promise a third of what it gains with another (Y1, epsilon).
+        """
+        about = (float(parameter.location + parameter.scale * x) for x in _ABOUT)
+        grid = np.array(sorted({*parameter.starts, *about}))
+        v, s = self._innovations(variant, [{parameter.name: _in_records(parameter, np.exp(at))} for at in grid])
+        with np.errstate(all="ignore"):
+            ratio = -0.5 * (v * v / s + np.log(s) - self.v * self.v * self.weight - self.log_s)
+        of_cycle = np.tile(parameter.members[self.data.channels.record], 3)
+        value = np.stack([ratio[:, of_cycle == g].sum(axis=1) for g in range(parameter.size)])
+        value = np.where(np.isfinite(value), value, -np.inf)
+        best = value.argmax(axis=1)
+        gain = float(value.max(axis=1).sum())
+        found = {parameter.name: grid[best]}
+        if np.isfinite(gain):
+            gain = max(gain, self._followed(variant, parameter, grid[best]))
+        return ScoreTest(variant, gain, found)
+
+    def _followed(self, variant: Variant, parameter: Parameter, at: FloatArray) -> float:
+        """Gain in log posterior of a variant where the base has made one step of scoring with it."""
+        values = {parameter.name: np.where(parameter.members >= 0, np.exp(at)[parameter.members], 0.0)[None]}
+        v, s = (x[0] for x in self._innovations(variant, [values]))
+        first, second = v / s - self.v * self.weight, 0.5 * (1.0 - v * v / s - self.spread)
+        pull = np.zeros(self.base.mode.size)
+        for cycles, rows, where in self.hypothesis.blocks:
+            pull[where] -= (
+                self.jv[np.ix_(rows, cycles)] @ first[cycles] + self.js[np.ix_(rows, cycles)] @ second[cycles]
+            )
+        moved = (self.base.mode + self.base.covariance @ pull)[None]
+        table = self.hypothesis.table(moved)
+        variant.apply(table, values, self.data.layout)
+        with np.errstate(all="ignore"):
+            v, s = channel_innovations(self.data.channels, table)
+            like = -0.5 * float(np.sum(v * v / s + np.log(s) - self.v * self.v * self.weight - self.log_s))
+        gain = like + float(self.hypothesis.log_prior(moved)[0]) - self.base.log_prior
+        return gain if np.isfinite(gain) else -np.inf
+
+    def scan(self, variant: Variant) -> ScoreTest:
+        """Test of a variant with many optima: the best place on a grid of its scanned parameter, value by value."""
+        named = {p.name: p for p in variant.parameters}
+        scanned = named[variant.scan]
+        form = variant.effect, variant.form
+        if form not in self._scans:  # variants that differ in their records alone share one
+            self._scans[form] = self._scan_records(variant)
+        grid, scores, curvatures, seen = self._scans[form]
+        prior = np.array([p for p, _ in _probes(variant)])
+        held = np.diag(1.0 / prior**2)
+        best, gains = np.zeros(scanned.size, dtype=int), np.zeros(scanned.size)
+        chosen = np.zeros((len(variant.scope.members), prior.size))
+        for g in range(scanned.size):
+            inside = np.flatnonzero(scanned.members == g)
+            if "phase" in named:  # of every record its own: what records find is their own, too
+                gain, step = _gained(scores[:, inside], curvatures[:, inside] + held, prior)
+                gain = np.where(seen[:, inside], gain, -np.inf)
+                # a record too short for the slowest beats has no say, but forbids nothing to the others
+                gain = np.where(np.isfinite(gain), gain, np.minimum(gain.max(axis=0, initial=0.0), 0.0) - 3.0)
+                summed = gain.sum(axis=1)
+            else:
+                summed, step = _gained(scores[:, inside].sum(axis=1), curvatures[:, inside].sum(axis=1) + held, prior)
+            best[g] = int(np.argmax(summed))
+            gains[g] = float(logsumexp(summed)) - np.log(len(grid))
+            chosen[inside] = step[best[g]]
+        total = float(gains.sum())
+        if variant.scope.extent is Extent.SOME_RECORDS:
+            variant, total = _in_some(variant, np.argsort(-gains), lambda some: float(gains[some].sum()))
+            best = best[scanned.members[variant.scope.records]]
+            named = {p.name: p for p in variant.parameters}
+        start = first_starts(variant) | {scanned.name: grid[best]}
+        begin = {"size": chosen[:, 0]}  # where it is nothing, nothing holds the place that was found
+        if "phase" in named:
+            begin = {"size": np.hypot(*chosen.T), "phase": np.arctan2(chosen[:, 1], chosen[:, 0])}
+        for name, each in begin.items():
+            start[name] = np.array([each[named[name].members == g].mean() for g in range(named[name].size)])
+        return ScoreTest(variant, total, start)
+
+    def _scan_records(self, variant: Variant) -> tuple[FloatArray, FloatArray, FloatArray, np.ndarray]:
+        """Grid; score and curvature of every record in wind, (G, R, probes) and so on; which have a say, (G, R)."""
+        layout, records = self.data.layout, len(self.data.layout.records)
+        probes = _probes(variant)
+        grid = _MOMENTS if variant.scan == "moment" else _DETUNINGS
+        nothing = {p.name: np.zeros((1, records)) for p in variant.parameters}
+        seen = np.zeros((len(grid), records), dtype=bool)
+        scores = np.zeros((len(grid), records, len(probes)))
+        curvatures = np.zeros((*scores.shape, len(probes)))
+        beats = layout.duration * layout.omega / (2.0 * np.pi)  # at a detuning of 1
+        chunk = max(1, 48 // len(probes))
+        for begin in range(0, len(grid), chunk):
+            part = grid[begin : begin + chunk]
+            points = [
+                nothing
+                | {variant.scan: np.full((1, records), at)}
+                | {name: np.where(layout.wind, value, 0.0)[None] for name, value in values.items()}
+                for at in part
+                for _, values in probes
+            ]
+            v, s = self._innovations(variant, points)
+            jv, js = (v - self.v) / _PROBE, (np.log(s) - self.log_s) / _PROBE
+            for i, at in enumerate(part):
+                rows = slice(i * len(probes), (i + 1) * len(probes))
+                for r in np.flatnonzero(layout.wind):
+                    if variant.scan == "detuning" and abs(at) * beats[r] < FEWEST_BEATS:
+                        continue
+                    cycles = self.hypothesis.blocks[r][0]
+                    a, b, w = jv[rows, cycles], js[rows, cycles], self.weight[cycles]
+                    scores[begin + i, r] = -(a * w) @ self.v[cycles] - 0.5 * b @ self.spread[cycles]
+                    curvatures[begin + i, r] = (a * w) @ a.T + 0.5 * b @ b.T
+                    seen[begin + i, r] = True
+        return grid, scores, curvatures, seen
+
+
+def _gained(score: FloatArray, curvature: FloatArray, prior: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Gain in log evidence and best small step, of scores (..., d) and curvatures, the prior's with them."""
+    step = np.linalg.solve(curvature, score[..., None])[..., 0]
+    gain = 0.5 * np.sum(score * step, axis=-1) - np.log(prior).sum() - 0.5 * np.linalg.slogdet(curvature)[1]
+    return gain, step
+
+
+def _in_some(variant: Variant, order: np.ndarray, gain: Callable[[np.ndarray], float]) -> tuple[Variant, float]:
+    """A variant in the best of its records, the first of an order of its members, and what it gains in them.
+
+    Any number of records from two to all but one is as probable, and of as many any set.
+    """
+    members, count = variant.scope.members, order.size
+    sets = [(order[:k], 1.0 / ((count - 2) * comb(count, k))) for k in range(2, count)]
+    gains = [gain(some) for some, _ in sets]
+    best = int(np.argmax([one + np.log(share) for one, (_, share) in zip(gains, sets, strict=True)]))
+    some, share = sets[best]
+    return variant.within(np.isin(members, some), share), gains[best]
+
+
+def _in_records(parameter: Parameter, value: float) -> FloatArray:
+    """A value in the records that take the parameter, zero in others, (1, R)."""
+    return np.where(parameter.members >= 0, value, 0.0)[None]
+
+
+def _probes(variant: Variant) -> list[tuple[float | FloatArray, dict[str, float]]]:
+    """Small steps in which the innovations are linear, with the scale of each: of a size and a phase, quadratures."""
+    names = {p.name: p for p in variant.parameters}
+    if "phase" in names:
+        return [(names["size"].scale, {"size": _PROBE, "phase": angle}) for angle in (0.0, 0.5 * np.pi)]
+    return [(p.scale, {p.name: _PROBE}) for p in variant.parameters if p.name != variant.scan]
