@@ -176,6 +176,11 @@ def test_the_likelihood_has_a_slope_in_the_moment_of_a_jump() -> None:
     assert np.all(found.value("moment", 0)[1] < 0.1)  # the prior's is 0.3
 
 
+def test_what_leads_by_its_form_is_not_put_off_by_nats_alone() -> None:
+    """Jumps of 10 % led a drift by 1 to 4 nats of 10 to 34, and 5 nats of preference called them drifts."""
+    assert _preferred({"wind_speed_drift": 6.1, UNKNOWN_NAME: 9.8})[UNKNOWN_NAME] > 6.1
+
+
 @pytest.mark.parametrize(("named", "held_back"), [(0.1, False), (8.0, True)])
 def test_what_explains_next_to_nothing_holds_no_unknown_back(
     monkeypatch: pytest.MonkeyPatch, named: float, held_back: bool
@@ -192,8 +197,8 @@ def test_what_explains_next_to_nothing_holds_no_unknown_back(
 
 
 @pytest.mark.parametrize(
-    ("named", "left"), [(-2.0, 10.0), (0.0, 10.0), (3.0, 7.0), (9.0, 4.6)],
+    ("named", "left"), [(-2.0, 100.0), (0.0, 100.0), (3.0, 97.0), (9.0, 95.0)],
 )  # fmt: skip
 def test_a_name_is_preferred_where_one_explains_anything(named: float, left: float) -> None:
-    gains = {"coulomb_friction": named, "fluid_memory": -5.0, UNKNOWN_NAME: 10.0}
+    gains = {"coulomb_friction": named, "fluid_memory": -5.0, UNKNOWN_NAME: 100.0}
     assert _preferred(gains) == {**gains, UNKNOWN_NAME: pytest.approx(left)}

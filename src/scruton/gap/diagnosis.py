@@ -230,7 +230,7 @@ def _judged(
         # Nor has what explains less than it leaves.
         ahead = ahead and left <= max(gains[best.name], 0.0)
         # What gains so little that its lead over the unknown would be no preference holds nothing back.
-        rival = leader is not base and gains[best.name] > thresholds.PREFERENCE_NATS
+        rival = leader is not base and gains[best.name] > thresholds.HOLDS_BACK_NATS
         if ahead and rival and not _earned(leader, best, singles[UNKNOWN], rivals[UNKNOWN], workers):
             gains[UNKNOWN] = gains[best.name] - thresholds.UNEARNED_NATS
     gains[NONE] = 0.0
@@ -241,7 +241,7 @@ def _preferred(gains: Mapping[str, float]) -> dict[str, float]:
     """The same gains, the unknown's less what it must lead a catalogued effect by: against none it stands as it is."""
     found = dict(gains)
     if UNKNOWN in found:
-        lead = thresholds.PREFERENCE_NATS + thresholds.PREFERENCE_SHARE * max(found[UNKNOWN], 0.0)
+        lead = thresholds.PREFERENCE_SHARE * max(found[UNKNOWN], 0.0)
         best = max((gain for name, gain in gains.items() if name in CATALOGUE), default=0.0)
         found[UNKNOWN] -= min(lead, max(best, 0.0))
     return found

@@ -204,7 +204,7 @@ def _misfit(first: float, rival: float) -> float:
 
 def slack_of_further(gain: float) -> float:
     """Nats by which a further effect that gains so much may stay behind the generic term."""
-    return thresholds.PREFERENCE_NATS + thresholds.FURTHER_SHARE * max(gain, 0.0)
+    return thresholds.FURTHER_NATS + thresholds.FURTHER_SHARE * max(gain, 0.0)
 
 
 def _settled(null: FittedHypothesis, chain: Sequence[Candidate], beside: Weigh) -> list[Place]:
