@@ -34,8 +34,8 @@ LINE_NATS = 30.0  # over chance, of a line in the spectrum beside the response
 LINE_SIZE = 0.0015
 ALLOWED_EXCESS = 4.0  # nats of colour and level that noise and fitting leave in the innovations
 ALLOWED_SHARE = 0.12  # of the gain, that may be left, for the form of an effect is never quite its form
-# Of the generic term's gain, by which it must lead a catalogued effect, for no form is quite nature's: at most what that
-# effect gains over none.  With 5 nats more, jumps of 10 % that led a drift by 1 to 4 nats of 10 to 34 were drifts.
+# Of the generic term's gain, by which it must lead a catalogued effect, for no form is quite nature's; at most what
+# that effect gains over none.  With 5 nats more, jumps of 10 % that led a drift by 1 to 4 nats of 10 to 34 were drifts.
 PREFERENCE_SHARE = 0.05
 HOLDS_BACK_NATS = 5.0  # of a catalogued effect, below which it holds no unknown back
 FURTHER_NATS = 5.0  # by which a further effect may stay behind the generic term
