@@ -3,9 +3,9 @@
 Score tests from one optimum alone tell which variants are worth a fit.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import log_ndtr, logsumexp
@@ -77,6 +77,8 @@ def weigh(
         if known is not None and known.variant is not None:
             others.append(ScoreTest(known.variant, 0.0, known.optimum))
         chosen, found = [*chosen, *others], [*found, *fits(others)]
+    twins = list(_twins(base, [test for tests in tested for test in tests], chosen, found))
+    chosen, found = [*chosen, *(test for test, _ in twins)], [*found, *(fit for _, fit in twins)]
     candidates = {}
     for effect, tests in zip(effects, tested, strict=True):
         total = sum(variant.weight for variant in effect.variants(base.hypothesis.data.layout))
@@ -93,6 +95,22 @@ def weigh(
             evidence, best = base.log_evidence + min(max((t.gain for t in tests), default=-np.inf), -1.0), None
         candidates[effect.name] = Candidate(effect.name, evidence, best)
     return candidates
+
+
+def _twins(
+    base: FittedHypothesis, tests: Sequence[ScoreTest], chosen: Sequence[ScoreTest], found: Sequence[FittedHypothesis]
+) -> Iterator[tuple[ScoreTest, FittedHypothesis]]:
+    """What was not fitted of one effect and does just what was fitted of another: one fit holds for both.
+
+    A promise with the base held still is too low beside others, so that one effect alone would have the form.
+    """
+    fitted = {test.variant.identity for test in chosen}
+    for test in tests:
+        if test.variant.identity not in fitted:
+            for other, fit in zip(chosen, found, strict=True):
+                if test.variant.does_what(other.variant):
+                    yield test, replace(fit, hypothesis=base.hypothesis.extended(test.variant))
+                    break
 
 
 def _promising(tests: Sequence[ScoreTest], most: int) -> list[ScoreTest]:

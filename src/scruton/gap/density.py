@@ -13,7 +13,8 @@ from scruton.stats.fisher_scoring import climb
 _LOG_2PI = float(np.log(2.0 * np.pi))
 _ITERATIONS = 40
 _IMPERFECTIONS = ("stiffness", "third")  # that one setting need not share with another
-_SCATTER = ("scatter", "phase_scatter", "gust_scatter", "gust_time")  # what the wind does to one setting as to another
+# What the wind does to one setting as to another; it blurs the reading, too.
+_SCATTER = ("scatter", "phase_scatter", "noise", "gust_scatter", "gust_time")
 _OWN = ("detuning", "gain", "set_point_scatter", *_SCATTER, *_IMPERFECTIONS)
 
 

@@ -88,7 +88,7 @@ def null_model(data: GapData) -> NullModel:
         parameters[-1] = replace(parameters[-1], location=centre)
     each = np.arange(len(layout.records))
     for name, members in (
-        ("noise", layout.by_rig()),
+        ("noise", groups),
         ("detuning", each),
         ("third", layout.by_rig()),
         ("third_noise", layout.by_rig()),

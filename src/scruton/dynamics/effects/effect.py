@@ -201,6 +201,18 @@ class Variant:
         """Effect, form and scope: the same variant in another layout has the same."""
         return self.effect, self.form, self.scope.extent, self.scope.number
 
+    def does_what(self, other: "Variant") -> bool:
+        """Whether it is another's equation with the same priors in the same records, of whatever effect and weight."""
+        if self.apply is not other.apply or len(self.parameters) != len(other.parameters):
+            return False
+        return all(
+            mine.name == its.name
+            and np.array_equal(mine.members, its.members)
+            and np.array_equal(mine.location, its.location)
+            and np.array_equal(mine.scale, its.scale)
+            for mine, its in zip(self.parameters, other.parameters, strict=True)
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Station:
