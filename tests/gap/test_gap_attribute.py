@@ -11,8 +11,10 @@ import pytest
 
 from scruton.calibrate.challenge.case import simulate_case
 from scruton.campaign.schema import Campaign
-from scruton.dynamics.effects import CATALOGUE, UNKNOWN
+from scruton.dynamics.effect_drift import effect_drift
+from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Term
 from scruton.dynamics.effects.effect import Extent, size_prior
+from scruton.dynamics.limit_cycle import limit_cycle_amplitude
 from scruton.gap import attribute, diagnosis
 from scruton.gap.attribute import Candidate, log_noticeable, weigh
 from scruton.gap.data import load_gap
@@ -214,3 +216,40 @@ def test_what_explains_next_to_nothing_holds_no_unknown_back(
 def test_a_name_is_preferred_where_one_explains_anything(named: float, left: float) -> None:
     gains = {"coulomb_friction": named, "fluid_memory": -5.0, UNKNOWN_NAME: 100.0}
     assert _preferred(gains) == {**gains, UNKNOWN_NAME: pytest.approx(left)}
+
+
+@pytest.mark.parametrize(
+    ("form", "sign"),
+    [
+        ("a part of the drive follows the amplitude", 1.0),
+        ("the wake's amplitude sets the force", -1.0),
+        ("the wake's amplitude sets the damping", -1.0),
+    ],
+)
+def test_a_wake_that_lags_slows_growth_or_hastens_it(form: str, sign: float) -> None:
+    """And is said to; a drive that follows late was in no form: of another simulator all were called unknown."""
+    null, _ = null_of(9004, 1, None, 0.0)
+    layout, knots = null.hypothesis.data.layout, null.hypothesis.data.channels.knots
+    memory, r = CATALOGUE["fluid_memory"], int(np.argmax(layout.wind))
+    variant = next(v for v in memory.variants(layout) if v.form == form)
+    table, without = null.table[None].copy(), null.table[r].copy()
+    rate = without[Term.AERO] + without[Term.STRUCTURAL]
+    cycles = 0.02 * layout.omega[r] / (2.0 * np.pi * rate)
+    values = {"lag": cycles, "part": 3.0}
+    variant.apply(table, {p.name: np.where(layout.wind, values[p.name], 0.0)[None] for p in variant.parameters}, layout)
+    row, stable = table[0, r], without[Term.DRIVE] / rate
+
+    def damping(row: np.ndarray, lag: float) -> float:
+        a = late = 0.2 * stable
+        step = 1e-4 / rate
+        while a < 0.5 * stable:
+            slope = effect_drift(a, late, row, 0.0, 0.0, 0.0, False, knots)[0]
+            late += step * (a - late) / lag
+            a += step * slope
+        return -slope / a / layout.omega[r]
+
+    added = damping(row, row[Term.LAG]) - damping(without, np.inf)
+    station = SimpleNamespace(omega=layout.omega[r], amplitude=0.5 * stable)
+    assert memory.size.read(row[None], without[None], station)[0] == pytest.approx(added, rel=0.2)
+    assert np.sign(added) == sign
+    assert limit_cycle_amplitude(row[None], None, stable)[0] == pytest.approx(stable, rel=1e-6)  # it moves none

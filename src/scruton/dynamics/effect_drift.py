@@ -11,7 +11,7 @@ _F, _FW, _FS = int(Term.FRICTION), int(Term.FRICTION_WIDTH), int(Term.FRICTION_S
 _L1, _C, _L2, _L3, _L5 = (
     int(Term.AERO), int(Term.DRIVE), int(Term.AERO_LINEAR), int(Term.AERO_SQUARE), int(Term.AERO_FOURTH)
 )  # fmt: skip
-_COH, _LAG, _LAG_KIND = int(Term.COHERENCE), int(Term.LAG), int(Term.LAG_KIND)
+_COH, _LAG, _LAG_KIND, _LATE = int(Term.COHERENCE), int(Term.LAG), int(Term.LAG_KIND), int(Term.LATE)
 _TREND, _SINE, _ARCH, _TREND_DRIVE = (
     int(Term.TREND), int(Term.TREND_SINE), int(Term.TREND_ARCH), int(Term.TREND_DRIVE)
 )  # fmt: skip
@@ -83,14 +83,15 @@ def drift_of(a, lagged, x, w, wind, still, drive, force, hats, knots):  # type: 
         root = np.sqrt(a * a + w2)
         f -= x[_F, w] * a / root
         d -= x[_F, w] * w2 / (root * root * root)
-    b = a if x[_LAG, w] <= 0.0 else lagged
+    at_once = x[_LAG, w] <= 0.0 or x[_LAG_KIND, w] > 1.5
+    b = a if at_once else lagged
     slow = x[_L1, w] + b * (x[_L2, w] + b * (x[_L3, w] + b * b * x[_L5, w]))
     slope_drive = 0.0
     if x[_COH, w] > 0.0:
         lost = np.exp(-max(b, 0.0) / x[_COH, w])
         slope_drive = drive * lost / x[_COH, w]
         drive *= 1.0 - lost
-    if x[_LAG, w] <= 0.0:
+    if at_once:
         f += wind * (wind * drive - slow * a)
         steep = x[_L1, w] + a * (2.0 * x[_L2, w] + a * (3.0 * x[_L3, w] + 5.0 * a * a * x[_L5, w]))
         d += wind * (wind * slope_drive - steep)
@@ -101,6 +102,9 @@ def drift_of(a, lagged, x, w, wind, still, drive, force, hats, knots):  # type: 
         d += damping
     else:
         f += wind * (wind * drive - slow * b)
+    if x[_LATE, w] != 0.0:
+        f += x[_LATE, w] * (lagged - a)
+        d -= x[_LATE, w]
     if hats:
         log_a = np.log(max(a, 1e-300))
         excess, slope = _hat(x, w, log_a, knots)

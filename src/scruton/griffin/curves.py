@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects.terms import COLUMNS
+from scruton.dynamics.effects.terms import COLUMNS, Term
 from scruton.dynamics.laws import amplitude_ratio, extrapolation_index
 from scruton.errors import InputError
 from scruton.griffin.coverage import Coverage, coverage_of
@@ -138,7 +138,6 @@ class EffectCurve:
 
     def at(self, scruton_numbers: FloatArray) -> FloatArray:
         """Stable amplitude, (S, n_sc), at (n_sc,) or (S, n_sc) Scruton numbers."""
-        from scruton.dynamics.effects import Term
         from scruton.dynamics.limit_cycle import limit_cycle_amplitude
 
         sc = np.atleast_2d(np.asarray(scruton_numbers, dtype=float))
@@ -152,7 +151,6 @@ class EffectCurve:
 
     def excitation(self, amplitude: FloatArray, *, driven: bool = True) -> FloatArray:
         """Scruton number that holds a section at (A,) amplitudes, stable or not, (S, A), with its drive or without."""
-        from scruton.dynamics.effects import Term
         from scruton.dynamics.effects.terms import HATS
         from scruton.dynamics.limit_cycle import amplitude_rates
 
@@ -165,8 +163,6 @@ class EffectCurve:
     @property
     def drive(self) -> FloatArray:
         """Constant drive c, as a Scruton number times an amplitude, (S,)."""
-        from scruton.dynamics.effects import Term
-
         return np.asarray(self.coefficients[:, Term.DRIVE] * self.mass_damping_factor / self.omega0)
 
 
@@ -227,7 +223,7 @@ def law_curves(tree: "xr.DataTree", *, law_n: float | None = None, near: float |
         carried = tree["effect"]
         rows = np.resize(carried["coefficient"].to_numpy(), (n.shape[1], carried.sizes["term"]))
         table = np.zeros((n.shape[1], COLUMNS))
-        table[:, : rows.shape[1]] = rows
+        table[:, [Term[str(name).upper()] for name in carried["term"].to_numpy()]] = rows
         effect = EffectCurve(
             table, *(float(carried.attrs[key]) for key in ("omega0", "mass_damping_factor", "largest"))
         )

@@ -156,6 +156,9 @@ def each_its_own(layout: Layout, tests: Collection[int], tolerance: float | None
     return replace(own, parameters=tuple(scaled))
 
 
+_LATE = 2.0  # prior standard deviation of what follows late, over the relaxation rate
+
+
 def _lagging(kind: float, start: float) -> Apply:
     def apply(table: FloatArray, values: Values, layout: Layout) -> None:
         cycles = values["lag"]
@@ -169,7 +172,7 @@ def _lagging(kind: float, start: float) -> Apply:
 def _branch(rows: FloatArray, _without: FloatArray, station: Station) -> FloatArray:
     # growth through half the stable amplitude, where da/dt = rate a: the wake's amplitude is (1 - lag rate) a
     aero, rate = rows[:, Term.AERO], rows[:, Term.AERO] + rows[:, Term.STRUCTURAL]
-    pull = np.where(rows[:, Term.LAG_KIND] > 0.5, 2.0 * rate, -aero)
+    pull = np.choose(rows[:, Term.LAG_KIND].astype(np.intp), [aero, 2.0 * rate, -rows[:, Term.LATE]])
     return np.asarray(-pull * rows[:, Term.LAG] * rate / station.omega)
 
 
@@ -183,6 +186,14 @@ def _memory(layout: Layout) -> list[Variant]:
         bend(table, values, layout)
         follow(table, values, layout)
 
+    late, neither = adding(part=Term.LATE), _lagging(2.0, 1.0)
+
+    def following(table: FloatArray, values: Values, layout: Layout) -> None:
+        late(table, values, layout)
+        neither(table, values, layout)
+
+    # Small lags act by their product with it alone: it is wide.
+    part = size_prior("part", scope.members, scale=_LATE, unit="of the relaxation rate")
     return [
         # A wake oscillator does both at once: it follows late, and answers a large amplitude with less than its share.
         Variant(
@@ -196,6 +207,8 @@ def _memory(layout: Layout) -> list[Variant]:
         Variant("the wake's amplitude sets the damping", (lag,), _lagging(1.0, 1.0), scope),
         Variant("the wake's amplitude sets the force", (lag,), _lagging(0.0, 1.0), scope),
         Variant("the wake's amplitude sets the force, from rest", (lag,), _lagging(0.0, 0.0), scope),
+        # A drive that grows with the amplitude and follows it late slows growth and decay down.
+        Variant("a part of the drive follows the amplitude", (part, lag), following, scope, size="lag"),
     ]
 
 
@@ -268,7 +281,7 @@ EFFECTS = (
         "The wake lags",
         "amplitude",
         Belongs.WIND,
-        (Term.LAG, Term.LAG_KIND, Term.LAG_START, Term.AERO_LINEAR),
+        (Term.LAG, Term.LAG_KIND, Term.LAG_START, Term.LATE, Term.AERO_LINEAR),
         Size("branch", "damping ratio of growth through half the stable amplitude, to first order in the lag", _branch),
         _memory,
     ),

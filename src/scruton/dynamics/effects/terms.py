@@ -2,7 +2,8 @@ r"""The amplitude equation with every term that an effect may add, as a table of
 
 .. math:: \dot a = -s_1 a - s_2 a^2 - s_3 a^3 - F\frac{a}{\sqrt{a^2 + a_F^2}}
           - (1 + \gamma\tau)\,(l_1 + l_2 a + l_3 a^2 + l_5 a^4)\,a_\ell^{*}
-          + (1 + 2\gamma\tau)\,c\,(1 - e^{-a_\ell/a_c}) + F_c\cos\chi + F_s\sin\chi + h + o + q\,\dot W
+          + (1 + 2\gamma\tau)\,c\,(1 - e^{-a_\ell/a_c}) + p\,(a_\ell - a)
+          + F_c\cos\chi + F_s\sin\chi + h + o + q\,\dot W
 
 with tau the time in the record from -1/2 to 1/2, a_l the amplitude that the wake remembers, chi the angle between
 the shedding and the response, h slow gusts of the drive (Ornstein-Uhlenbeck), and o what it is off by in a record.
@@ -60,7 +61,7 @@ class Term(IntEnum):
     COHERENCE = 10, _WIND  # a_c; 0: none lost
     TREND = 11, _RUN  # gamma: relative change of the wind speed over the record, linear
     LAG = 12, _WIND  # [s]
-    LAG_KIND = 13, _WIND  # 0: the wake's amplitude sets the force; 1: it sets the damping
+    LAG_KIND = 13, _WIND  # 0: the wake's amplitude sets the force; 1: it sets the damping; 2: neither
     LAG_START = 14, _WIND  # amplitude that the wake remembers at the release, over that of the release
     FORCE_COS = 15, _WIND  # [amplitude/s]
     FORCE_SIN = 16, _WIND
@@ -95,9 +96,10 @@ class Term(IntEnum):
     BUMP_AT = 44 + HATS, _WIND  # ln of that amplitude
     BUMP_WIDTH = 45 + HATS, _WIND  # standard deviation in ln(amplitude)
     FRICTION_SPRING = 46 + HATS, _RIG  # pi F/(2 omega) of Dahl's friction [amplitude]; 0: F a/sqrt(a^2 + a_F^2)
+    LATE = 47 + HATS, _WIND  # p: of the drive, what follows the amplitude late [1/s]
 
 
-COLUMNS = int(Term.FRICTION_SPRING) + 1
+COLUMNS = int(Term.LATE) + 1
 BELONGS: dict[Term, Belongs] = {term: term.belongs for term in Term}
 
 
