@@ -112,9 +112,9 @@ class CampaignPosterior(Posterior):
         free, levels = [], []
         for j, (test, layout) in enumerate(zip(self.tests, self.own_coordinates, strict=True), 1):
             noise = NOISE if self.exponent else () if test.relaxes else _OF_A_MEAN
-            beyond = [layout[name] for name in _BEYOND_RECORDS if name in layout]
-            own.append(Block(np.setdiff1d(self.apart[j - 1], beyond), np.array([*shared, *beyond]), j))
-            free += beyond
+            beyond = np.array([layout[name] for name in _BEYOND_RECORDS if name in layout], dtype=int)
+            own.append(Block(np.setdiff1d(self.apart[j - 1], beyond), np.r_[shared, beyond], j))
+            free += beyond.tolist()
             levels += [layout[name] for name in ("stable_amplitude", "relaxation_ratio", *noise) if name in layout]
         curve, common = (shared[:-1], self.in_common.blocks(shared[-1:])) if self.in_common else (shared, ())
         joint = Block(
