@@ -190,7 +190,8 @@ def _memory(layout: Layout) -> list[Variant]:
 
     def following(table: FloatArray, values: Values, layout: Layout) -> None:
         late(table, values, layout)
-        neither(table, values, layout)
+        # An amplitude is that of a cycle: what follows sooner than by one has no lag, and would be of the noise.
+        neither(table, values | {"lag": values["lag"] + (values["lag"] > 0.0)}, layout)
 
     # Small lags act by their product with it alone: it is wide.
     part = size_prior("part", scope.members, scale=_LATE, unit="of the relaxation rate")
