@@ -191,7 +191,7 @@ def _memory(layout: Layout) -> list[Variant]:
     def following(table: FloatArray, values: Values, layout: Layout) -> None:
         late(table, values, layout)
         # An amplitude is that of a cycle: what follows sooner than by one has no lag, and would be of the noise.
-        neither(table, values | {"lag": values["lag"] + (values["lag"] > 0.0)}, layout)
+        neither(table, {**values, "lag": values["lag"] + (values["lag"] > 0.0)}, layout)
 
     # Small lags act by their product with it alone: it is wide.
     part = size_prior("part", scope.members, scale=_LATE, unit="of the relaxation rate")
@@ -209,7 +209,7 @@ def _memory(layout: Layout) -> list[Variant]:
         Variant("the wake's amplitude sets the force", (lag,), _lagging(0.0, 1.0), scope),
         Variant("the wake's amplitude sets the force, from rest", (lag,), _lagging(0.0, 0.0), scope),
         # A drive that grows with the amplitude and follows it late slows growth and decay down.
-        Variant("a part of the drive follows the amplitude", (part, lag), following, scope, size="lag"),
+        Variant("a part of the drive follows the amplitude", (part, replace(lag, unit="cycles after the first")), following, scope, size="lag"),
     ]
 
 
