@@ -194,6 +194,7 @@ def _memory(layout: Layout) -> list[Variant]:
         neither(table, {**values, "lag": values["lag"] + (values["lag"] > 0.0)}, layout)
 
     # Small lags act by their product with it alone: it is wide.
+    after = replace(lag, unit="cycles after the first")
     part = size_prior("part", scope.members, scale=_LATE, unit="of the relaxation rate")
     return [
         # A wake oscillator does both at once: it follows late, and answers a large amplitude with less than its share.
@@ -209,7 +210,7 @@ def _memory(layout: Layout) -> list[Variant]:
         Variant("the wake's amplitude sets the force", (lag,), _lagging(0.0, 1.0), scope),
         Variant("the wake's amplitude sets the force, from rest", (lag,), _lagging(0.0, 0.0), scope),
         # A drive that grows with the amplitude and follows it late slows growth and decay down.
-        Variant("a part of the drive follows the amplitude", (part, replace(lag, unit="cycles after the first")), following, scope, size="lag"),
+        Variant("a part of the drive follows the amplitude", (part, after), following, scope, size="lag"),
     ]
 
 
