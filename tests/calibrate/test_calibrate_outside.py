@@ -142,7 +142,7 @@ def test_memory_has_no_relaxation_rate(card):
 def test_one_rig_leaves_none_out(card):
     truth, setup, body = drawn(REGIMES["law-1-one-rig"], card)
     campaign = simulate_campaign(REGIMES["law-1-one-rig"], truth, setup, np.random.SeedSequence(1), body.rigs)
-    assert _left_out(campaign, 0, truth, card, np.random.SeedSequence(1)) == ({}, True)
+    assert _left_out(campaign, 0, truth, card, np.random.SeedSequence(1), {}) == ({}, True)
 
 
 @pytest.mark.slow

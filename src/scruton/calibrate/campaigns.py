@@ -20,8 +20,9 @@ from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
 from scruton.dynamics import Setting
 from scruton.griffin import predict
 from scruton.infer.cards import ModelCard
-from scruton.infer.fit import fit_campaign
+from scruton.infer.fit import fit_campaign, known_of
 from scruton.infer.results import Fit
+from scruton.infer.sampling import Known
 from scruton.simulate import Noise
 
 Scored = tuple[float, FloatArray]  # a truth, and the draws (S,) that shall hold it
@@ -53,12 +54,13 @@ def run_campaign(regime_name: str, index: int, seed: int, base: ModelCard) -> di
     scored: dict[str, Scored]
     try:
         campaign = simulate_campaign(regime, drawn, setup, simulate, body.rigs)
-        chain, choice, left_out = chains.spawn(3)
-        fit = _fit(campaign, base if regime.outside else card, chain)
+        chain, choice = chains.spawn(2)
+        known: Known = {}
+        fit = _fit(campaign, base if regime.outside else card, chain, known)
         posterior, facts = _posterior(fit, choice, regime.weighs_laws)
         if regime.outside:
             scored = own_settings(drawn, posterior, regime) | _predicted(fit, regime, body, rng)
-            others, converged = _left_out(campaign, index, drawn, base, left_out)
+            others, converged = _left_out(campaign, index, drawn, base, chain, known)
             scored, facts["converged"] = scored | others, facts["converged"] and converged
         else:
             truths = quantities(drawn, regime, rng.standard_normal(1))
@@ -97,24 +99,26 @@ def _predicted(fit: Fit, regime: Regime, body: Body, rng: np.random.Generator) -
 
 
 def _left_out(
-    campaign: Campaign, index: int, drawn: Drawn, card: ModelCard, seed: np.random.SeedSequence
+    campaign: Campaign, index: int, drawn: Drawn, card: ModelCard, seed: np.random.SeedSequence, known: Known
 ) -> tuple[dict[str, Scored], bool]:
     """One rig's stable amplitude predicted from the others at its damping as stated, and whether their fit converged.
 
-    Each campaign leaves out the next rig; nothing is left of a campaign of one.
+    Each campaign leaves out the next rig; nothing is left of a campaign of one. The seed is that of the whole, whose
+    draws of the other rigs and tests, each by itself, are `known`.
     """
     names = [test.name for test in campaign.tests]
     if len(names) < 2:
         return {}, True
     j = index % len(names)
-    fit = _fit(tests_used(campaign, tuple(name for name in names if name != names[j])), card, seed)
+    others = tests_used(campaign, tuple(name for name in names if name != names[j]))
+    fit = _fit(others, card, seed, known_of(others, known))
     draws = predict(fit.tree, damping_ratio=campaign.rigs[j].damping_ratio, seed=index).draws
     return {"A_new(left out)": (float(drawn.a_star[0, j]), draws)}, fit.converged
 
 
-def _fit(campaign: Campaign, card: ModelCard, seed: np.random.SeedSequence) -> Fit:
+def _fit(campaign: Campaign, card: ModelCard, seed: np.random.SeedSequence, known: Known) -> Fit:
     """Fit as `scruton fit` does, without what predictions do not need."""
-    return fit_campaign(campaign, card, seed=int(seed.generate_state(1)[0]), thorough=False)
+    return fit_campaign(campaign, card, seed=int(seed.generate_state(1)[0]), thorough=False, known=known)
 
 
 def _posterior(fit: Fit, choice: np.random.SeedSequence, averaged: bool) -> tuple[Drawn, dict[str, Any]]:

@@ -31,7 +31,7 @@ from scruton.stats.samples import Samples
 from scruton.stats.student_t import Conditional, Mixture, NoVolumeError, StudentT, conditional, fit_mixture
 from scruton.stats.thresholds import ADAPTATIONS, EARLY, FAR_BELOW, MET, OVERDISPERSED
 
-BURNT = 4  # one in so many steps, the first, is not kept: those before the last adaptation, and more of a long run
+BURNT = 4  # one in so many steps of a run, its first, is not kept
 FIRST_CHUNK = 12  # steps; then as many as seem to be wanted, and at most as many as there were
 LARGEST_CHUNK = 256
 _PART = ("centre", "cholesky", "degrees_of_freedom")  # of a proposal's mixture
@@ -124,12 +124,9 @@ class Ensembles:
         self.log_probs.append(sampler.get_log_prob())
         self.accepted += float(sampler.backend.accepted.mean())
 
-    def kept(self, total: int) -> tuple[FloatArray, FloatArray]:
-        """Chains without what is burnt of them, (walkers, steps, d), and their log posterior, (walkers, steps).
-
-        `total` is the number of all steps, those before the last adaptation included.
-        """
-        burn = max(0, total // BURNT - (total - self.steps))
+    def kept(self) -> tuple[FloatArray, FloatArray]:
+        """Chains without what is burnt of them, (walkers, steps, d), and their log posterior, (walkers, steps)."""
+        burn = self.steps // BURNT
         return np.swapaxes(np.concatenate(self.chain)[burn:], 0, 1), np.concatenate(self.log_probs)[burn:].T
 
     def adapt(self, *, together: bool = False) -> None:
@@ -198,7 +195,7 @@ def sample(
         ensembles = _restore(stored, posterior.blocks)
     while True:
         if total:
-            chain, log_prob = ensembles.kept(total)
+            chain, log_prob = ensembles.kept()
             expected = effective_draws(chain)
             if progress:
                 progress(total, min(expected / settings.min_ess, 1.0))
@@ -211,11 +208,12 @@ def sample(
                     break
                 more = verdict.wanting(settings)
             # A run that is soon long enough is not begun anew.
-            if rounds < EARLY or (rounds < ADAPTATIONS and 2 * ensembles.steps >= total and more >= 1.0):
+            late = more >= 1.0 and (rounds == EARLY or 2 * ensembles.steps >= total)
+            if rounds < EARLY or (rounds < ADAPTATIONS and late):
                 rounds += 1
                 ensembles.adapt(together=rounds > EARLY)
         # Of a run that begins anew; what is kept of it is long enough to be judged.
-        first = total if rounds < EARLY else max(total // 2, settings.draws)
+        first = total if rounds < EARLY else max(total // 2, math.ceil(BURNT * settings.draws / (BURNT - 1)))
         chunk = max(FIRST_CHUNK, math.ceil(more * ensembles.steps) or first)
         chunk = min(chunk, LARGEST_CHUNK, settings.max_steps - total)
         ensembles.advance(posterior.assess, chunk, settings)

@@ -59,7 +59,7 @@ FAR_BELOW = 25.0  # in log posterior
 # So often does a run that has not converged fit its proposals to its draws and start again.
 ADAPTATIONS = 8  # times
 
-# The first of them at once; the others where the run since the last one is half of all, and not soon long enough.
+# The first of them at once, the next where the run is not soon long enough, the others where it is half of all, too.
 EARLY = 3  # times
 
 # Ensembles whose means scatter by less have met, and share their proposals.
