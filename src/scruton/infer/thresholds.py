@@ -28,8 +28,10 @@ DEPARTS = 0.1  # over the drift
 # A law that holds displaces what is known of the structural damping less than chance does in one campaign of a hundred.
 DISPLACED = 0.01  # p-value
 # A rig whose stable amplitude is off what every other rig foretells by more, with 95 % certainty, is named, where the
-# scatter between settings seldom puts one of so many rigs as far off. Of the rigs in the paper's Table 5 one foretells
-# another to 21 %.
+# scatter between settings seldom puts a rig as far off. Of the rigs in the paper's Table 5 one foretells another to
+# 21 %. Rigs that scatter as the card has it are then named in 2 to 5 % of campaigns of two to six rigs (by the ratio
+# alone in 4 to 15 %), at a scatter of 20 % in 6 to 23 % (16 to 43 %); one that is 1.5 times off others that agree to 2 %
+# in 71 % of two, 79 of three, 91 of four and more (600 simulated campaigns each, judged once).
 OFF_CURVE = 1.25  # ratio
 CHANCE = 0.05  # probability
 # Two groups of rigs lie on two curves where every rig of one is off every rig of the other by more, and they are so on
