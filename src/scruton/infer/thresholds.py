@@ -7,9 +7,9 @@ others, unless their own line says otherwise.
 from math import log
 
 # Damping varies where it changes by this from the outer end of one band of amplitude to that of another, and their
-# means differ by so many errors. Of rigs whose damping is constant 2 % are said to vary with one ring-down or two, of
-# those in which it grows by a third up to the largest amplitude 94 % (by the difference of the means alone 1 and 26 %;
-# 250 simulated rigs each, judged once).
+# means differ by so many errors. Of rigs whose damping is constant 2 % or fewer are said to vary, of those in which it
+# grows by a third up to the largest amplitude 91 to 96 % (by the difference of the means alone 1 and 21 to 27 %; 250
+# simulated rigs each, with one to three ring-downs, on a seed that chose nothing).
 DAMPING_VARIATION = 0.2  # of the mean
 DAMPING_CERTAINTY = 3.0  # joint standard errors
 # Error of a band's damping that its scatter cannot show.
@@ -30,8 +30,8 @@ DISPLACED = 0.01  # p-value
 # A rig whose stable amplitude is off what every other rig foretells by more, with 95 % certainty, is named, where the
 # scatter between settings seldom puts a rig as far off. Of the rigs in the paper's Table 5 one foretells another to
 # 21 %. Rigs that scatter as the card has it are then named in 2 to 5 % of campaigns of two to six rigs (by the ratio
-# alone in 4 to 15 %), at a scatter of 20 % in 6 to 23 % (16 to 43 %); one that is 1.5 times off others that agree to 2 %
-# in 71 % of two, 79 of three, 91 of four and more (600 simulated campaigns each, judged once).
+# alone in 4 to 15 %), at a scatter of 20 % in 6 to 23 % (16 to 43 %); one that is 1.5 times off others that agree to
+# 2 % in 71 % of two, 79 of three, 91 of four and more (600 simulated campaigns each, on a seed that chose nothing).
 OFF_CURVE = 1.25  # ratio
 CHANCE = 0.05  # probability
 # Two groups of rigs lie on two curves where every rig of one is off every rig of the other by more, and they are so on
