@@ -162,6 +162,18 @@ def test_records_of_one_test_in_two_units_are_refused(with_slip, small_campaign,
     check_units(gather(load_campaign(small_campaign), []))
 
 
+def test_a_growth_that_dies_out_has_no_other_unit(with_slip):
+    """Below some amplitude the span may lose its coherence: rest is a state beside the one that decays come to."""
+
+    def dying(time, response):
+        kept = time < time[0] + 4.0  # what is left is turbulence, in the line of the response
+        return time[kept], (0.002 * np.exp(-1.5 * time) + 0.0002)[kept] * np.cos(2.0 * np.pi * 7.87 * time[kept])
+
+    folder = with_slip(record="growth.csv", change=dying)
+    assert ("levels", "Sc 21.7", SERIOUS) in found(folder)
+    check_units(gather(load_campaign(folder), []))
+
+
 def test_a_record_whose_time_has_another_unit_is_refused(with_slip):
     """Its line is of no motion of the section: a check goes on and says so, a fit has nothing to fit."""
     folder = with_slip(record="decay.csv", change=lambda time, response: (time / 60.0, response))

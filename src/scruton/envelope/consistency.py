@@ -132,6 +132,8 @@ def check_units(inspection: Inspection) -> None:
         pairs = [(growth, decay, ratio)] if growth and decay else []
         pairs += [(steady, end, max(factor, 1.0 / factor)) for steady, end, factor in _steady_apart(test, inspection)]
         for one, other, factor in pairs:
+            if one.falls or other.falls:  # it has another state to go to, rest: no unit turns a growth round
+                continue
             limit = thresholds.ANOTHER_UNIT * (1.0 if one.settled and other.settled else thresholds.EXTRAPOLATED)
             if factor > limit:
                 record = next(record for record in test.records if record.name == one.name)
@@ -176,6 +178,7 @@ class _End:
     """Where a transient ends: its mean over the last quarter, and the level that it settles at or heads for.
 
     Neither is known, as `heads_for` says, of one that does not bend yet.
+    `falls` says of a growth that its last quarter lies below its first cycles, by more than gusts explain.
     `rate` [1/s] is that of its exponential, where that has settled; `moves` is the change of ln A from the last eighth
     of the record but one to the last, `moved` that from the first cycles to the last quarter.
     """
@@ -189,6 +192,7 @@ class _End:
     duration: float = 0.0
     moves: float = 0.0
     moved: float = 0.0
+    falls: bool = False
 
     @classmethod
     def of(cls, record: Record, inspection: Inspection) -> "_End":
@@ -203,9 +207,10 @@ class _End:
         eighth = max(2, len(amplitude) // 8)
         means = (np.mean(part) for part in (amplitude[:5], amplitude[-2 * eighth : -eighth], amplitude[-eighth:]))
         first, before, last = (math.log(max(float(mean), 1e-300)) for mean in means)
-        moves, moved = abs(last - before), abs(math.log(max(tail, 1e-300)) - first)
+        moves, change = abs(last - before), math.log(max(tail, 1e-300)) - first
         rate = fitted.rate if settled else 0.0
-        return cls(record.name, tail, level, settled, leads_on or settled, rate, duration, moves, moved)
+        falls = record.kind is Kind.GROWTH and change < -math.log(thresholds.TREND)
+        return cls(record.name, tail, level, settled, leads_on or settled, rate, duration, moves, abs(change), falls)
 
     def beside(self, level: float, rate: float = 0.0) -> "_End":
         """What it says where another has this level: that it stands, however it came there, if it moves too little.
