@@ -157,6 +157,13 @@ def test_a_bend_that_is_not_quite_of_its_form_is_no_unknown_beside_itself(found:
     assert len(found(world | {(BEND, "unknown"): 2120.0}, bending=("unknown",))) == 2
 
 
+def test_a_bend_that_gains_nothing_beside_the_unknown_leaves(found: Search) -> None:
+    world: World = {(BEND,): 9.0, (A,): 16.0, (BEND, A): 17.0, ("unknown",): 287.0, (BEND, "unknown"): 274.0}
+    (place,) = found(world)
+    assert place.candidates["unknown"].log_evidence == 287.0
+    assert len(found(world | {(BEND, "unknown"): 296.0})) == 2
+
+
 def test_one_bend_read_with_a_wrong_gain_is_not_a_bend_of_every_rig(found: Search) -> None:
     alike = f"{BEND} alike"
     world: World = {

@@ -101,6 +101,9 @@ def search(
     if _evidence(chain, null) < generic:
         chain = joined
         if joined and generic > base.log_evidence + _needed_beside(base, null, candidates):
+            # The bend is judged beside the unknown, too: of innovations that are not white it may gain by chance.
+            if generic < singles[_UNKNOWN].log_evidence + thresholds.SECOND_NATS:
+                return [Place(null, singles)]
             return [Place(base, candidates), Place(null, {one.name: one for one in joined})]
     while len(chain) > 1:
         places = _settled(null, chain, beside)
