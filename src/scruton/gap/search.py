@@ -109,11 +109,13 @@ def search(
         places = _settled(null, chain, beside)
         gains = [place.best.log_evidence - place.base.log_evidence for place in places]
         # What joined beside a form that another has replaced since may mend nothing any more.
-        stays = [gain >= thresholds.SECOND_NATS for gain in gains]
-        stays[1:] = [one and probable(place) >= 0.5 for one, place in zip(stays[1:], places[1:], strict=True)]
-        if all(stays):
+        doubted = [
+            i for i, place in enumerate(places)
+            if gains[i] < thresholds.SECOND_NATS or (i > 0 and probable(place) < 0.5)
+        ]  # fmt: skip
+        if not doubted:
             return places
-        weakest = min((i for i, one in enumerate(stays) if not one), key=lambda i: gains[i])
+        weakest = min(doubted, key=lambda i: gains[i])
         chain = [place.best for i, place in enumerate(places) if i != weakest]
     return [Place(null, singles)]
 

@@ -286,14 +286,14 @@ class CampaignPosterior(Posterior):
 
         Of tests that relax it is as `told`, where it is: the others' is cheap, and the curve is in it.
         """
+        asks = [told is None or not test.relaxes for test in self.tests]
         found = np.full(asked.shape, -np.inf) if told is None else told
-        known = told is not None and self._relaxes
-        if not np.all(known):
+        if any(asks):
             s = s | {"damping_ratio": np.ones(asked.shape)}  # no record is read for it
             found = found.copy()
             with np.errstate(all="ignore"):
                 for j, (test, v) in enumerate(self._winds(u, s)):
-                    if told is None or not test.relaxes:
+                    if asks[j]:
                         rows = asked[:, j]
                         found[rows, j] = of_each(test.wind.log_likelihood, v[rows])
         return np.where(asked & np.isfinite(found), found, -np.inf)
