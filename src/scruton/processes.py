@@ -20,9 +20,23 @@ def pool(count: int) -> ProcessPoolExecutor:
 
 
 @dataclass(eq=False)
-class _Work:
-    do: Callable[[], Any]
-    begun: "Future[Any] | None" = None
+class Work[T]:
+    """What a second process was asked for; called, it gives the result, or raises what the work raised."""
+
+    do: Callable[[], T]
+    of: "SecondProcess"
+    begun: "Future[T] | None" = None
+
+    def __call__(self) -> T:
+        """Wait for the result; what is not begun yet is done here."""
+        return self.do() if self.withdrawn() else self.begun.result()  # type: ignore[union-attr]
+
+    def withdrawn(self) -> bool:
+        """Whether it was not begun, and now never will be there."""
+        with self.of.lock:
+            if self in self.of.waiting:
+                self.of.waiting.remove(self)
+        return self.begun is None
 
 
 class SecondProcess:
@@ -34,7 +48,7 @@ class SecondProcess:
 
     def __init__(self, beside: bool = True) -> None:
         self.pool: ProcessPoolExecutor | None = None
-        self.waiting: deque[_Work] = deque()
+        self.waiting: deque[Work[Any]] = deque()
         self.last: Future[Any] | None = None
         self.lock = threading.Lock()
         if beside:
@@ -55,12 +69,12 @@ class SecondProcess:
             process.terminate()
         ended.shutdown(cancel_futures=True)
 
-    def begin[T](self, work: Callable[..., T], *arguments: object) -> Callable[[], T]:
-        """Begin, and return what waits for the result (and raises what the work raised)."""
-        own = _Work(partial(work, *arguments))
+    def begin[T](self, work: Callable[..., T], *arguments: object) -> Work[T]:
+        """Begin, as soon as there is nothing else to do."""
+        own = Work(partial(work, *arguments), self)
         self.waiting.append(own)
         self._next()
-        return partial(self._result, own)
+        return own
 
     def _next(self, _: object = None) -> None:
         """Begin what waits first, where there is a process that has nothing to do."""
@@ -71,12 +85,6 @@ class SecondProcess:
                 self.waiting.popleft().begun = begun
         if begun is not None:
             begun.add_done_callback(self._next)
-
-    def _result(self, own: _Work) -> Any:
-        with self.lock:
-            if own in self.waiting:
-                self.waiting.remove(own)
-        return own.do() if own.begun is None else own.begun.result()
 
     @property
     def idle(self) -> bool:

@@ -7,6 +7,7 @@ import pytest
 
 from scruton.campaign import load_campaign
 from scruton.campaign.remarks import Severity, sentences
+from scruton.dynamics.first_look import check
 from scruton.envelope import gather, review, usable
 from scruton.envelope.consistency import check_units
 from scruton.errors import InputError
@@ -160,6 +161,9 @@ def test_records_of_one_test_in_two_units_are_refused(with_slip, small_campaign,
     with pytest.raises(InputError, match=rf"{name}: tests\[0\].*a factor .* off the .*in the same test Sc 21.7.*unit"):
         check_units(gather(load_campaign(folder), []))
     check_units(gather(load_campaign(small_campaign), []))
+    (problem,) = check(folder).problems  # what a fit would refuse, a check says first
+    assert Path(problem.file).name == name
+    assert not check(small_campaign).problems
 
 
 def test_a_growth_that_dies_out_has_no_other_unit(with_slip):
@@ -175,7 +179,7 @@ def test_a_growth_that_dies_out_has_no_other_unit(with_slip):
 
 
 def test_a_record_whose_time_has_another_unit_is_refused(with_slip):
-    """Its line is of no motion of the section: a check goes on and says so, a fit has nothing to fit."""
+    """Its line is of no motion of the section: a check goes on and says so among what cannot be used."""
     folder = with_slip(record="decay.csv", change=lambda time, response: (time / 60.0, response))
     with pytest.raises(
         InputError, match=r"decay.csv: tests\[0\].*a line at 472.* Hz, 60 times the f0.*unit of the time"

@@ -233,7 +233,7 @@ def test_what_a_part_shares_with_the_whole_is_drawn_once(two_rigs, quick, crosse
         return drawn[-1]
 
     monkeypatch.setattr("scruton.infer.sampling.sample", spy)
-    known: Known = {}
+    known = Known()
     campaign = load_campaign(two_rigs("paper"))
     fit = fit_campaign(campaign, quick, seed=1, thorough=False, known=known)
     first = len(drawn)

@@ -149,11 +149,13 @@ def carry(fit: "Fit", campaign: Campaign, effect: str, seed: int, progress: Prog
 
 def run(arguments: Namespace) -> Outcome:
     """Fit a campaign into a folder; InputError for bad input: nothing is written then."""
+    from scruton.infer.sampling import Known
     from scruton.infer.store import write_fit
+    from scruton.processes import SecondProcess
 
     task = FitTask.of(arguments)
-    with task.claim(arguments) as work:
-        fit = task.fit(work)
+    with task.claim(arguments) as work, SecondProcess(beside=arguments.jobs > 1) as second:
+        fit = task.fit(work, Known(second=second))
         paths = work.published(write_fit(fit, work.new))
     return Outcome(
         render_text(fit_summary(fit), line_width()), paths, fit.flags, DONE if fit.converged else NOT_TRUSTED

@@ -16,7 +16,6 @@ from scruton.terminal import DONE, NOT_TRUSTED, line_width
 
 if TYPE_CHECKING:
     from scruton.infer.results import Fit
-    from scruton.infer.sampling import Known
     from scruton.report.build import ReportPaths
 
 WRITTEN = ("report.html", "report.pdf", "report.json")
@@ -56,6 +55,7 @@ def _office(arguments: Namespace) -> list[str]:
 
 def of_campaign(arguments: Namespace) -> Outcome:
     """Fit a campaign into a folder and write its report there; a second process shares the work."""
+    from scruton.infer.sampling import Known
     from scruton.infer.store import write_fit
     from scruton.processes import SecondProcess
     from scruton.report.build import write_report
@@ -82,7 +82,7 @@ def of_campaign(arguments: Namespace) -> Outcome:
     with task.claim(arguments, sha256 | across, settings) as work, SecondProcess(beside=arguments.jobs > 1) as second:
         stated = arguments.sc or ([] if checked is None else stated_scruton_numbers(checked))
         diagnosis = begun(second, gap_part, path, model, stated) if gap else None
-        known: Known = {}
+        known = Known(second=second)
         fit = task.fit(work, known)
         crossed = begun(second, crossed_part, whole_of(fit, known))
         write_fit(fit, work.new)

@@ -168,7 +168,10 @@ VERBS = (
             help='trial function: "second-order exponential", "polynomial 8", "cubic spline 12" (knots)',
         ),
     )),
-    Verb("fit", "front end and posteriors: writes posterior.nc and fit.json", "fit:run", FIT),
+    Verb("fit", "front end and posteriors: writes posterior.nc and fit.json", "fit:run", (
+        *FIT,
+        jobs("processes: one, or two"),
+    )),
     Verb("report", "fit, predict and write the report; or write it of results that are there", "report:run", (
         Argument("campaign", type=Path, metavar="CAMPAIGN|RESULTS", help="folder with a campaign.toml, or of a fit"),
         *FIT[1:],

@@ -55,7 +55,7 @@ def run_campaign(regime_name: str, index: int, seed: int, base: ModelCard) -> di
     try:
         campaign = simulate_campaign(regime, drawn, setup, simulate, body.rigs)
         chain, choice = chains.spawn(2)
-        known: Known = {}
+        known = Known()
         fit = _fit(campaign, base if regime.outside else card, chain, known)
         posterior, facts = _posterior(fit, choice, regime.weighs_laws)
         if regime.outside:

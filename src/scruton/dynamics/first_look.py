@@ -10,6 +10,7 @@ from scruton.campaign import Campaign, load_campaign, tests_used
 from scruton.campaign.remarks import sentences
 from scruton.dynamics.identify import Identified, identify
 from scruton.envelope import Inspection, RecordQuality, gather, review
+from scruton.envelope.consistency import of_other_units
 from scruton.errors import InputError
 from scruton.shown import shown
 
@@ -33,7 +34,7 @@ class Check:
     warnings : tuple of str
         Worst first.
     problems : tuple of InputError
-        A record that cannot be used, each.
+        A record that cannot be used, each; and what a fit would refuse them together for.
     inspection : Inspection
         Cycles, qualities and ring-downs; its campaign is without the records that were set aside.
     """
@@ -83,4 +84,5 @@ def check(campaign: Campaign | Path | str, tests: str | Sequence[str] | None = N
     if tests is not None:
         loaded = tests_used(loaded, tests)
     inspection = gather(loaded, problems)
+    problems += of_other_units(inspection)
     return Check(loaded, tuple(sentences(review(inspection))), tuple(problems), inspection)

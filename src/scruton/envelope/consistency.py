@@ -116,14 +116,20 @@ def _kind(inspection: Inspection) -> Iterator[Remark]:
 
 
 def check_units(inspection: Inspection) -> None:
-    """InputError where a record in wind can only have another unit, of its time or amplitude: nothing fits it.
+    """InputError for the first of the records that `of_other_units` tells."""
+    for fault in of_other_units(inspection):
+        raise fault
 
-    Its line is at another frequency altogether than the rig's, or its test's other records stand at another level.
+
+def of_other_units(inspection: Inspection) -> Iterator[InputError]:
+    """What is wrong with records in wind that can only have another unit, of time or amplitude: nothing fits them.
+
+    Their line is at another frequency altogether than the rig's, or their test's other records stand at another level.
     """
     for record, rig, test in inspection.records():
         line, stated = inspection.cycles[record.name].reference_frequency, rig.frequency.mean
         if test is not None and not 1.0 / thresholds.ANOTHER_UNIT < line / stated < thresholds.ANOTHER_UNIT:
-            raise InputError(
+            yield InputError(
                 record.path, record.field, f"a line at {line:.4g} Hz, {figure(line / stated)} times the f0 of its rig",
                 f"a motion near {stated:.4g} Hz: the unit of the time, the sample rate, or another record",
             )  # fmt: skip
@@ -137,7 +143,7 @@ def check_units(inspection: Inspection) -> None:
             limit = thresholds.ANOTHER_UNIT * (1.0 if one.settled and other.settled else thresholds.EXTRAPOLATED)
             if factor > limit:
                 record = next(record for record in test.records if record.name == one.name)
-                raise InputError(
+                yield InputError(
                     record.path, record.field,
                     f"an amplitude of {one.level:.3g}, a factor {figure(factor)} off the {other.level:.3g} of "
                     f"{other.name} in the same test {test.name}",

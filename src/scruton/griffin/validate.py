@@ -154,11 +154,12 @@ def validate(
     states, else the posterior of the test.
     """
     from scruton.infer.fit import fit_campaign
+    from scruton.infer.sampling import Known
 
     _check_several({test.rig for test in campaign.tests if test.records}, campaign)  # before anything is fitted
     if progress:
         progress("fits", 0.0)
-    known: Known = {}
+    known = Known()
     place = _place(checkpoints, 0)
     fit = fit_campaign(campaign, card, seed=seed, thorough=False, checkpoints=place, known=known)
     whole = Whole(campaign, card, seed, fit.summary["tests"], fit.converged, known)
@@ -247,9 +248,10 @@ def _part(whole: Whole, source: Source) -> Whole:
 def _predicted(task: tuple[Whole, Path | None, list[float]]) -> tuple[list[Prediction], bool]:
     """Fit some tests and predict at the Scruton numbers of others; whether the fit has converged."""
     from scruton.infer.fit import fit_campaign
+    from scruton.infer.sampling import Known
 
     part, checkpoints, scruton_numbers = task
     fit = fit_campaign(
-        part.campaign, part.card, seed=part.seed, thorough=False, checkpoints=checkpoints, known=dict(part.known)
+        part.campaign, part.card, seed=part.seed, thorough=False, checkpoints=checkpoints, known=Known(part.known)
     )
     return [predict(fit.tree, scruton_number=sc, seed=part.seed) for sc in scruton_numbers], fit.converged

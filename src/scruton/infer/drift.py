@@ -27,7 +27,7 @@ def departure_group(sampled: Sampled, sampling: Sampling) -> xr.Dataset:
     names = [result.test.name for result in sampled.tests]
     draw = np.zeros((SAMPLES, len(names)), dtype=int)
     columns, ratio = np.zeros((SAMPLES, len(names), COLUMNS)), np.ones((SAMPLES, len(names)))
-    rngs = [np.random.default_rng(sampling.seed_of(f"printed departure of {name}")) for name in names]
+    rngs = [sampling.generator(f"printed departure of {name}") for name in names]
     for k, result in enumerate(sampled.tests):
         draw[:, k] = evenly(result.samples.log_prob.size, SAMPLES)
         if result.test.name not in sampled.peaks and result.posterior.data.size:

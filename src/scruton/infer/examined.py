@@ -127,7 +127,7 @@ def _by_cycle(parts: Sequence[Examined], ensemble: np.ndarray, sampling: Samplin
         chain = joined(part.chain, ensemble)[:, ::POINTWISE_THIN]
         flat = part.posterior.pointwise(end_to_end(chain))
         pointwise.append(flat.reshape(*chain.shape[:2], -1))
-        rng = np.random.default_rng(sampling.seed_of(f"predictive of {part.name}"))
+        rng = sampling.generator(f"predictive of {part.name}")
         runs.append(free_runs(part.posterior, part.chain, rng))
     mean, replicate = (np.concatenate(run, axis=-1)[None] for run in zip(*runs, strict=True))
     observed = np.concatenate([part.posterior.data.amplitude for part in parts])

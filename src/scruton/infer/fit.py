@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from scruton.arrays import FloatArray
 from scruton.campaign import peak_tests
 from scruton.campaign.remarks import Severity, sentences
 from scruton.campaign.schema import Campaign, Kind, Record, Rig, Test
@@ -102,7 +103,7 @@ def fit_campaign(
     InputError
         If the campaign holds nothing to fit, or no record that can be used.
     """
-    sampling = Sampling(card, seed, checkpoints, report, {} if known is None else known)
+    sampling = Sampling(card, seed, checkpoints, report, Known() if known is None else known)
     campaign, cycles = usable(campaign, card.envelope_source)
     if not cycles:
         wanted = "at least one [[rigs.records]] or [[tests.records]]"
@@ -110,6 +111,9 @@ def fit_campaign(
     ringdowns = dict(ringdowns_of(campaign, cycles))
     inspection = weigh(campaign, cycles, ringdowns, card.damping_relative_sd)
     check_units(inspection)
+    transients = [one for test in campaign.tests for one in test.records if one.kind in TRANSIENTS] if thorough else []
+    for record in reversed(transients):  # beside, from the last: those that are not begun are sampled here in order
+        sampling.begin(*trial_of(campaign, record, cycles[record.name], card))
     rigs = {rig.name: fit_rig(campaign, rig, cycles, ringdowns.get(rig.name), sampling) for rig in campaign.rigs}
     tests = [fit_test(campaign, test, rigs[test.rig], cycles, sampling) for test in campaign.tests if test.records]
     levels = {result.test.name: float(np.median(result.derived["a_star"])) for result in tests}
@@ -140,7 +144,7 @@ def known_of(campaign: Campaign, known: Known) -> Known:
     """What is known of the rigs and tests of a campaign, each by itself."""
     names = [f"{RIG} {rig.name}" for rig in campaign.rigs] + [f"{TEST} {test.name}" for test in campaign.tests]
     names += [f"{LOCK_IN} {record.name}" for test in campaign.tests for record in test.records]
-    return {name: known[name] for name in names if name in known}
+    return Known({name: known[name] for name in names if name in known})
 
 
 def assemble(
@@ -209,7 +213,7 @@ def fit_rig(
     priors = (prior, card.prior("still_air_scatter", motion), card.prior("noise_factor", motion))
     data = EnvelopeData.join({r.name: cycles[r.name] for r in rig.records})
     if not data.size or ringdown is None:
-        rng = np.random.default_rng(sampling.seed_of(name))
+        rng = sampling.generator(name)
         settings = fewer_walkers(card.sampler, len(priors))  # laid out as those of rigs that were sampled
         shape = (settings.ensembles * settings.walkers, settings.draws)
         draws = prior.from_sampled(prior.draw(rng, shape[0] * shape[1])).reshape(shape)
@@ -223,9 +227,7 @@ def fit_rig(
     if damping_varies(ringdown) is None:
         return RigResult(rig, posterior, samples, draws, prior)
     # the constant that was sampled is an average over the ring-downs, known far better than any one amplitude's
-    draws = draws_over_amplitudes(
-        ringdown, np.random.default_rng(sampling.seed_of(f"amplitudes of {name}")), draws.shape
-    )
+    draws = draws_over_amplitudes(ringdown, sampling.generator(f"amplitudes of {name}"), draws.shape)
     return RigResult(rig, posterior, samples, draws, prior, ringdown)
 
 
@@ -266,7 +268,7 @@ def fit_test(
     stated = {}
     for key, quantity in quantities.items():
         owner = rig.rig.name if key in ("mass", "frequency") else test.name
-        rng = np.random.default_rng(sampling.seed_of(f"{key.replace('_', ' ')} of {owner}"))
+        rng = sampling.generator(f"{key.replace('_', ' ')} of {owner}")
         stated[key] = quantity.draw(rng, samples.log_prob.shape)
     derived = derive(campaign.section, stated, posterior, samples.chain, frequency)
     return TestResult(test, rig.rig, posterior, samples, stated, frequency, derived, tuple(verdicts))
@@ -293,20 +295,27 @@ def steady_amplitude(verdict: SteadyVerdict) -> SteadyAmplitude:
     return SteadyAmplitude(mean, float(np.hypot(a.std() / np.sqrt(ess), STEADY_FLOOR * mean)), length)
 
 
-def fit_trial(
-    campaign: Campaign, result: TestResult, record: Record, cycles: Cycles, sampling: Sampling
-) -> TrialResult:
-    """Posterior of the constants a, b, c, d of one transient record (Eq. 4)."""
-    card, motion = sampling.card, campaign.section.motion
+def trial_of(
+    campaign: Campaign, record: Record, cycles: Cycles, card: ModelCard
+) -> tuple[str, TrialPosterior, *tuple[FloatArray, ...]]:
+    """Name and posterior of a record's trial function, and what the likelihood reads."""
     data = EnvelopeData.join({record.name: cycles})
+    motion = campaign.section.motion
     priors = tuple(replace(card.prior(of, motion), name=name) for name, of in TRIAL_PRIORS.items())
     posterior = TrialPosterior(
         priors, card.prior("trial_amplitude", motion), data, 2 * np.pi * cycles.reference_frequency,
         float(data.amplitude.max()),
     )  # fmt: skip
-    where = f"{TRIAL} {record.name}"
-    samples = sampling.run(where, posterior, data.amplitude, data.standard_error, data.time)
-    rng = np.random.default_rng(sampling.seed_of(f"amplitudes of {where}"))
+    return f"{TRIAL} {record.name}", posterior, data.amplitude, data.standard_error, data.time
+
+
+def fit_trial(
+    campaign: Campaign, result: TestResult, record: Record, cycles: Cycles, sampling: Sampling
+) -> TrialResult:
+    """Posterior of the constants a, b, c, d of one transient record (Eq. 4)."""
+    where, posterior, *arrays = trial_of(campaign, record, cycles, sampling.card)
+    samples = sampling.run(where, posterior, *arrays)
+    rng = sampling.generator(f"amplitudes of {where}")
     names = ("a", "b", "c", "d", "residual_sd", "residual_rate")
     constants = (*posterior.constants(samples.chain, rng), *posterior.residual(samples.chain))
     return TrialResult(record, result.test, posterior, samples, dict(zip(names, constants, strict=True)))

@@ -49,7 +49,7 @@ def law_free_group(
         if not result.posterior.data.size or not low < high:
             continue
         amplitude[k] = np.geomspace(min(low, 0.95 * stable), max(high, 1.05 * stable), LEVELS)
-        rng = np.random.default_rng(sampling.seed_of(f"departure of {result.test.name}"))
+        rng = sampling.generator(f"departure of {result.test.name}")
         numbers[:, k] = _numbers(result, amplitude[k], rng)
     return dataset(
         "law_free", {"level_amplitude": amplitude, "level_scruton_number": numbers},

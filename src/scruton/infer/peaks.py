@@ -15,7 +15,7 @@ from scruton.infer.joint import CAMPAIGN
 from scruton.infer.models import NOISE, WIND
 from scruton.infer.peak_test import PeakTest
 from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult, Weighing
-from scruton.infer.sampling import ExcludedByPriorsError, Sampling
+from scruton.infer.sampling import Asked, ExcludedByPriorsError, Sampling
 from scruton.infer.thresholds import CARRIES, DEPARTS, DISPLACED, HOPELESS, LAWS_SHARE_ALONE, LAWS_SHARE_DOUBTED
 from scruton.stats.evidence import evidence_by_importance, log_evidence
 from scruton.stats.optimum import laplace_log_evidence
@@ -88,34 +88,43 @@ def fit_peaks(
     labels = tuple("n free" if candidate.exponent else f"n={candidate.n:g}" for candidate in posteriors)
     prior = np.array(card.law_weights or (1.0,))
     several = len(labels) > 1
+    asked: list[Asked] = [
+        (f"{CAMPAIGN} {label}", one, *data_of(one)) for label, one in zip(labels, posteriors, strict=True)
+    ]
+    if several:
+        sampling.begin(*asked[0])  # beside, while the laws are screened
     log_z, error, unknown = np.full((3, len(labels)), np.nan)
     for i, candidate in enumerate(posteriors if several else ()):
-        log_z[i] = laplace_log_evidence(candidate, np.random.default_rng(sampling.seed_of(f"screening, {labels[i]}")))
+        screening = f"screening, {labels[i]}"
+        log_z[i] = sampling.once(screening, laplace_log_evidence, candidate, sampling.generator(screening))
     doubted = ~(log_z <= log_z.max() - HOPELESS)
     sampled = doubted | (len(tests) == 1) | every
     doubted[0] = sampled[0] = True
-    laws: list[LawResult] = []
-    for k, posterior in enumerate(posteriors):
-        if not sampled[k]:
-            continue
+    roughly = [not doubt and label not in in_full for doubt, label in zip(doubted, labels, strict=True)]
+    for k in np.flatnonzero(sampled)[:0:-1]:
+        sampling.begin(*asked[k], roughly=roughly[k])
+    laws: dict[int, LawResult] = {}
+    for k in np.roll(np.flatnonzero(sampled), -1).tolist():  # the first, which is begun already, comes last
+        posterior = posteriors[k]
         try:
-            roughly = not doubted[k] and labels[k] not in in_full
-            samples = sampling.run(f"{CAMPAIGN} {labels[k]}", posterior, *data_of(posterior), roughly=roughly)
+            samples = sampling.run(*asked[k], roughly=roughly[k])
         except ExcludedByPriorsError:
-            if not laws and k == len(labels) - 1:
+            if not laws and k == 0:
                 raise
             sampled[k], log_z[k] = False, -np.inf
             continue
         if several:
             # Where walkers hardly moved, which the verdict says, Laplace's approximation has to do.
             with contextlib.suppress(ValueError):
-                evidence = log_evidence(posterior, samples, sampling.seed_of(f"evidence, {labels[k]}"))
+                seed = sampling.seed_of(f"evidence, {labels[k]}")
+                what = f"evidence, {labels[k]}{', roughly' * roughly[k]}"
+                evidence = sampling.once(what, log_evidence, posterior, samples, seed)
                 log_z[k], error[k] = evidence.log_z, evidence.error
         derived = derive(campaign, tests, posterior, samples.chain)
-        laws.append(LawResult(labels[k], posterior, samples, derived, roughly))
+        laws[k] = LawResult(labels[k], posterior, samples, derived, roughly[k])
     weight = posterior_weights(np.where(sampled, log_z, -np.inf), prior) if several else prior
     weights = LawWeights(labels, prior, weight, log_z, error, sampled, unknown)
-    return PeakResult(tuple(test.test.name for test in tests), tuple(laws), weights)
+    return PeakResult(tuple(test.test.name for test in tests), tuple(laws[k] for k in sorted(laws)), weights)
 
 
 def _leading(result: PeakResult) -> LawResult | None:

@@ -182,7 +182,7 @@ def fit_points(
     data = Observations(used, n, at, (float(np.median(discrepancy[0])), float(np.median(discrepancy[1]))), means[1][0])
     posterior = _linearised(SpeedPosterior(scales, priors["speed_shift"], data, means), centre)
     # The optimum is found with the law linearised under the priors' medians, and the law is linearised again there.
-    rng = np.random.default_rng(sampling.seed_of(f"{NAME}: optimum"))
+    rng = sampling.generator(f"{NAME}: optimum")
     posterior = _linearised(posterior, find_optimum(posterior, rng).centre)
     # Fewer walkers: few coordinates, a likelihood that is dear, and 2,000 draws wanted of them.
     settings = sampling.card.sampler
@@ -205,7 +205,7 @@ def _draw(
 ) -> "xr.Dataset":
     """Group `speeds` of the tree: draws by (chain, draw, velocity), the points used, and what it was conditioned on."""
     data, used = posterior.data, posterior.data.points
-    rng = np.random.default_rng(sampling.seed_of(f"{NAME}: functions"))
+    rng = sampling.generator(f"{NAME}: functions")
     u = end_to_end(samples.chain)
     u = u[rng.permutation(len(u))[: 2 * DRAWS]]
     s_v = posterior.scale_shift(u, rng)

@@ -47,7 +47,7 @@ def model_groups(sampled: Sampled, sampling: Sampling) -> dict[str, xr.Dataset]:
     def known(values: dict[str, FloatArray]) -> dict[str, FloatArray]:
         return {name: value for name, value in values.items() if np.isfinite(value).all() and np.ptp(value) > 0.0}
 
-    rng = np.random.default_rng(sampling.seed_of("prior of the campaign model"))
+    rng = sampling.generator("prior of the campaign model")
     prior = derive(sampled.campaign, results, posterior, posterior.prior_draws(rng, RUNS)[None])
     groups = {
         "": xr.Dataset(attrs={"law": law.label}),
@@ -82,7 +82,7 @@ def model_groups(sampled: Sampled, sampling: Sampling) -> dict[str, xr.Dataset]:
 
 def one_step(test: PeakTest, v: FloatArray, sampling: Sampling) -> FloatArray:
     """Amplitudes of every cycle given those observed before it, one for each row of the coordinates, (W, N)."""
-    rng = np.random.default_rng(sampling.seed_of(f"one step ahead in {test.name}"))
+    rng = sampling.generator(f"one step ahead in {test.name}")
     innovation, variance = test.wind.innovations(v)  # (N, W)
     centre = test.wind.data.amplitude[:, None] - innovation
     return np.asarray((centre + np.sqrt(variance) * rng.standard_normal(variance.shape)).T)

@@ -26,7 +26,7 @@ def prior_groups(
 
     What the laboratory states of mass, air and wind is drawn anew, as for the posterior.
     """
-    rng = np.random.default_rng(sampling.seed_of("prior"))
+    rng = sampling.generator("prior")
     coordinates = [result.posterior.prior_draws(rng, PRIOR_DRAWS) for result in tests]
     draws = [
         result.posterior.natural(u) | _derived(section, result, u, sampling)
@@ -39,7 +39,7 @@ def prior_groups(
         for result, u, values in zip(tests, coordinates, draws, strict=True):
             law = {"n": result.posterior.exponents(u[::EVERY])}
             chosen = {name: column[::EVERY] for name, column in values.items()} | law
-            of_records = np.random.default_rng(sampling.seed_of(f"prior predictive of {result.test.name}"))
+            of_records = sampling.generator(f"prior predictive of {result.test.name}")
             expected.append(replicates(result.posterior.data, chosen, of_records))
         groups["prior_predictive"] = dataset(
             "prior_predictive", {"amplitude": np.concatenate(expected, axis=1)[None].astype(np.float32)},
@@ -64,7 +64,7 @@ def by_record(data: Sequence[EnvelopeData]) -> dict[str, tuple[str, np.ndarray]]
 
 
 def _derived(section: Section, result: TestResult, u: FloatArray, sampling: Sampling) -> dict[str, FloatArray]:
-    rng = np.random.default_rng(sampling.seed_of(f"prior of the setting of {result.test.name}"))
+    rng = sampling.generator(f"prior of the setting of {result.test.name}")
     assert result.rig.mass is not None, "the loader refuses a test whose rig has no mass"
     quantities = {
         "mass": result.rig.mass, "frequency": result.rig.frequency, "air_density": result.test.air_density,

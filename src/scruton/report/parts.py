@@ -85,9 +85,12 @@ def stated_scruton_numbers(bridge: Bridge) -> list[float]:
 def whole_of(fit: "Fit", known: "Known | None" = None) -> Whole:
     """What the parts of a fitted campaign are fitted by; `known` is what the fit drew."""
     from scruton.infer.fit import known_of
+    from scruton.infer.sampling import Known
 
     seed = int(fit.summary["provenance"]["seed"])
-    return Whole(fit.campaign, fit.card, seed, fit.summary["tests"], fit.converged, known_of(fit.campaign, known or {}))
+    return Whole(
+        fit.campaign, fit.card, seed, fit.summary["tests"], fit.converged, known_of(fit.campaign, known or Known())
+    )
 
 
 def crossed_part(whole: Whole) -> dict[str, Any]:
