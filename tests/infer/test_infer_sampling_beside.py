@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from scruton.errors import InputError
+from scruton.infer.cards import load_card
 from scruton.infer.sampling import ExcludedByPriorsError, Known, Sampling
 from scruton.processes import SecondProcess
 
@@ -55,8 +56,8 @@ def test_what_is_not_begun_is_never_done_beside():
     assert not nobody.waiting
 
 
-def test_nothing_is_begun_without_a_second_process(card):
-    sampling = Sampling(card, 0)
+def test_nothing_is_begun_without_a_second_process():
+    sampling = Sampling(load_card(), 0)
     sampling.begin("a", None, np.zeros(1))
     assert not sampling.known.begun
 
