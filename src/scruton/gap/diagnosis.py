@@ -222,7 +222,9 @@ def _judged(
     names = tuple(place.best.name for place in places if place.best.log_evidence > place.base.log_evidence)
     line = _in_lines(lines, names, null.hypothesis.data)
     allowed = thresholds.ALLOWED_EXCESS + thresholds.ALLOWED_SHARE * explained
-    left = max(mark.excess, line, mark.knocks) - allowed
+    # What strikes now and then has no form that might be off: a model explains none of its misfit by being wide there.
+    struck = mark.knocks - thresholds.ALLOWED_EXCESS - thresholds.ALLOWED_SHARE * max(gains[best.name], 0.0)
+    left = max(max(mark.excess, line) - allowed, struck)
     if UNKNOWN in gains:  # a card may leave it out
         gains[UNKNOWN] = max(_preferred(gains)[UNKNOWN], max(gains[best.name], 0.0) + left)
         # Neither the catalogue nor the generic terms have a line beside the response: their evidence has no say there.
