@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from scruton.calibrate.challenge.case import simulate_case
 from scruton.campaign import load_campaign
 from scruton.dynamics.cycles import ABSENT
 from scruton.envelope.inspection import SET_ASIDE
@@ -59,3 +60,46 @@ def test_records_of_one_test_in_two_units_are_refused(small_campaign):
     )
     with pytest.raises(InputError, match=r"a factor .* off the .*in the same test"):
         load_gap(replace(campaign, tests=(replace(test, records=records),)))
+
+
+def test_a_record_that_runs_on_after_rest_keeps_as_much_of_rest_as_of_motion(small_campaign):
+    """Friction ends a decay; with six times as much noise behind it friction and a memory were called unknown, 0.98."""
+    campaign = load_campaign(small_campaign)
+    (rig,) = campaign.rigs
+    (still,) = rig.records
+    step = float(np.median(np.diff(still.time)))
+    time = still.time[0] + step * np.arange(6 * still.time.size)
+    rest = 1e-5 * np.random.default_rng(1).normal(size=time.size)
+    moved = np.r_[still.response, np.zeros(5 * still.time.size)] + rest
+    data = load_gap(replace(campaign, rigs=(replace(rig, records=(replace(still, time=time, response=moved),)),)))
+    cycles = load_gap(campaign).cycles["still.csv"].time.size
+    assert data.cycles["still.csv"].time.size == pytest.approx(2 * cycles, abs=4)
+
+
+def test_the_scruton_number_is_that_of_the_damping_that_decays_show_where_none_is_stated():
+    campaign, _ = simulate_case(9001, 1, None, 0.0)
+    stated = load_gap(campaign).layout.scruton_number
+    silent = replace(campaign, rigs=tuple(replace(rig, damping_ratio=None) for rig in campaign.rigs))
+    found = load_gap(silent).layout.scruton_number
+    wind = np.isfinite(stated)
+    np.testing.assert_allclose(found[wind], stated[wind], rtol=0.25)
+    assert np.ptp(np.log(found[wind])) > 0.3
+
+
+def test_sizes_refer_to_an_amplitude_of_a_test_that_stands():
+    """What is left of a middle test that dies out was the unit of all sizes, and no loss of coherence was found."""
+    campaign, _ = simulate_case(9001, 1, None, 0.0)
+    before = load_gap(campaign)
+    middle = before.tests[before.layout.test[before.middle]]
+
+    def dying(record):
+        fade = np.exp(-8.0 * (record.time - record.time[0]) / np.ptp(record.time))
+        return replace(record, response=record.response * fade)
+
+    tests = tuple(
+        replace(test, records=tuple(map(dying, test.records))) if test.name == middle else test
+        for test in campaign.tests
+    )
+    after = load_gap(replace(campaign, tests=tests))
+    assert after.tests[after.layout.test[after.middle]] == middle
+    assert after.layout.reference_amplitude > 0.3 * before.layout.reference_amplitude

@@ -11,6 +11,7 @@ from scruton.gap.diagnosis import Diagnosis, diagnose
 from scruton.gap.finding import Finding
 from scruton.gap.locate import locate
 from scruton.gap.locate_curves import excess_curves
+from scruton.report.chapters.gap import shrink_sentence
 from scruton.report.figures import save
 from scruton.report.figures.gap import gap_figure
 
@@ -94,3 +95,10 @@ def test_the_headline_says_what_is_not_settled_and_no_gap_has_its_bar(
     bars = [label.get_text() for label in figure.subfigs[1].axes[-1].get_yticklabels()]
     assert "no gap" in bars
     assert bars[0] == "sensor clipping"
+
+
+def test_a_test_of_which_no_stable_amplitude_is_foretold_has_words() -> None:
+    """A rig that dies out ended a diagnosis with a traceback, its results written already."""
+    head = {"tests": 3, "amplitude_before": 0.21, "amplitude_after": None, "amplitude_worse": 2}
+    said = shrink_sentence({"headline": head, "fraction": None})
+    assert "off by 21 % (median) before and more than any measure after, made worse in 2 of 3" in said

@@ -19,11 +19,11 @@ from scruton.envelope.consistency import check_units
 from scruton.envelope.flat_tops import flat_top
 from scruton.envelope.harmonics import third_harmonic
 from scruton.errors import InputError
-from scruton.gap.thresholds import BEYOND_PEAKS
+from scruton.gap.thresholds import BEYOND_PEAKS, DIES_OUT
 from scruton.infer.cards import ModelCard, load_card
 from scruton.stats.priors import Prior
 
-_TYPICAL = 0.005  # damping ratio where none is stated
+_TYPICAL = 0.004  # damping ratio where none is stated or measured
 _DIRECTION = {Kind.GROWTH: 1, Kind.DECAY: -1}
 FLOOR = 2e-4  # of the amplitude: what a demodulated amplitude may be off by, beside its noise
 
@@ -153,21 +153,25 @@ def _assembled(
     ]
     if not entries:
         raise InputError(campaign.path, "", "no record in any rig or peak test", "records to diagnose")
-    cycles = {record.name: cycles[record.name] for record, _, _ in entries}
+    cycles = {record.name: _moving(cycles[record.name]) if j < 0 else cycles[record.name] for record, _, j in entries}
     records = [record for record, _, _ in entries]
     of_rig, of_test = (np.array([entry[k] for entry in entries]) for k in (1, 2))
     omega = 2.0 * np.pi * np.array([campaign.rigs[i].frequency.mean for i in of_rig])
-    in_wind = np.array([_in_wind(campaign, j, cycles) for j in of_test])
-    sc, speed, aero, drive, mass_sd = (column.copy() for column in in_wind.T)
     stated = [rig.damping_ratio for rig in campaign.rigs]
     damping = np.array([ratio.mean if ratio else np.nan for ratio in stated])
+    nominal = _nominal(campaign, damping, cycles)[of_rig]
+    in_wind = np.array([_in_wind(campaign, j, cycles, xi) for j, xi in zip(of_test, nominal, strict=True)])
+    sc, speed, aero, drive, mass_sd = (column.copy() for column in in_wind.T)
     by_sc = sorted((r for j, r in _first_in_wind(of_test).items() if tests[j] in peaks), key=lambda r: sc[r])
     middle = by_sc[(len(by_sc) - 1) // 2] if by_sc else -1
     demodulated = [cycles[record.name] for record in records]
     largest = np.array([float(np.max(track.amplitude)) for track in demodulated])
     base, reference, rate = 0, float(np.exp(np.mean(np.log(largest)))) * 0.5, 0.005
     if middle >= 0:
-        base, reference, rate = middle, float(stable[tests[of_test[middle]]]), 0.01
+        levels = np.array([stable[tests[of_test[r]]] for r in by_sc])
+        stand = levels >= DIES_OUT * levels.max()
+        k = by_sc.index(middle)
+        base, reference, rate = middle, float(levels[k] if stand[k] else np.median(levels[stand])), 0.01
         aero, drive = aero / aero[middle], drive / drive[middle]
     smallest = min(track.amplitude.min(where=_clear(track), initial=np.max(track.amplitude)) for track in demodulated)
     knots = np.linspace(np.log(max(smallest, largest.max() / 100.0)), np.log(largest.max()), HATS)
@@ -200,7 +204,7 @@ def _assembled(
         damping=damping,
         damping_sd=np.array([_damping_sd(ratio, card) for ratio in stated]),
         cycles=cycles,
-        nominal_damping=_nominal(campaign, damping, cycles)[of_rig],
+        nominal_damping=nominal,
         priors=card.null_priors,
     )
 
@@ -224,7 +228,7 @@ def _nominal(campaign: Campaign, stated: FloatArray, cycles: Mapping[str, Cycles
             if np.count_nonzero(clear) > 2:
                 t, a = decay.time[clear], decay.amplitude[clear]
                 rates.append(np.log(a[0] / a[-1]) / (t[-1] - t[0]) / (2.0 * np.pi * rig.frequency.mean))
-        damping[i] = max(float(np.median(rates)), 1e-5) if rates else 0.004
+        damping[i] = max(float(np.median(rates)), 1e-5) if rates else _TYPICAL
     return damping
 
 
@@ -244,6 +248,15 @@ def _clear(cycles: Cycles) -> np.ndarray:
     return np.asarray(cycles.amplitude > 5.0 * cycles.standard_error)
 
 
+def _moving(cycles: Cycles) -> Cycles:
+    """The cycles up to rest, and as many of rest at most as of motion: a record may run on where friction has ended it.
+
+    What is left there is the noise of the reading, of which no model of the motion has hundreds of cycles to explain.
+    """
+    clear = np.flatnonzero(_clear(cycles))
+    return cycles.part(slice(0, 2 * (int(clear[-1]) + 1))) if clear.size else cycles
+
+
 def settled_end(cycles: Cycles) -> float:
     """Mean amplitude of the last fifth of a record."""
     return float(np.mean(cycles.amplitude[-max(5, cycles.amplitude.size // 5) :]))
@@ -254,7 +267,9 @@ def _first_in_wind(test: np.ndarray) -> dict[int, int]:
     return {int(j): int(np.flatnonzero(test == j)[0]) for j in np.unique(test[test >= 0])}
 
 
-def _in_wind(campaign: Campaign, j: int, cycles: Mapping[str, Cycles]) -> tuple[float, ...]:
+def _in_wind(
+    campaign: Campaign, j: int, cycles: Mapping[str, Cycles], damping_ratio: float = _TYPICAL
+) -> tuple[float, ...]:
     """Scruton number, reduced velocity, linear aerodynamic damping and drive of a test, and sd of ln(mass ratio)."""
     if j < 0:
         return np.nan, np.nan, 0.0, 0.0, 0.0
@@ -270,7 +285,7 @@ def _in_wind(campaign: Campaign, j: int, cycles: Mapping[str, Cycles]) -> tuple[
         wind_speed=test.wind_speed.mean,
         frequency=rig.frequency.mean,
         wind_frequency=float(np.median([cycles[r.name].reference_frequency for r in test.records])),
-        damping_ratio=rig.damping_ratio.mean if rig.damping_ratio else _TYPICAL,
+        damping_ratio=damping_ratio,
     )
     aero = float(setting.mass_ratio * np.asarray(setting.wind_speed) / np.asarray(setting.depth))
     mass_sd = float(np.hypot(rig.mass.relative_sd, test.air_density.relative_sd))

@@ -99,7 +99,8 @@ def fit_null(data: GapData) -> tuple[GapData, FittedHypothesis]:
     damping = data.layout.omega * data.nominal_damping
     amplitude, rate = data.layout.reference_amplitude, float(np.median(damping))
     if data.middle >= 0:
-        amplitude, rate = (float(np.exp(fit.value(name)[0][0])) for name in ("stable_amplitude", "relaxation_rate"))
+        stable, rate = (float(np.exp(fit.value(name)[0][0])) for name in ("stable_amplitude", "relaxation_rate"))
+        amplitude = stable if stable >= thresholds.DIES_OUT * amplitude else amplitude
     data = data.referred_to(amplitude, rate)
     return data, Hypothesis(null_model(data)).fit(fit.mode)
 

@@ -187,7 +187,8 @@ def _headline(stable: Sequence[dict[str, Any]], curves: dict[str, Any] | None) -
     """What is left out in turn, before and after: errors over the tests or records, and in how many they grew."""
     head: dict[str, Any] = {}
     if stable:
-        before, after = (np.array([test[key] for test in stable]) for key in ("error_before", "error_after"))
+        errors = (np.array([test[key] for test in stable]) for key in ("error_before", "error_after"))
+        before, after = (np.nan_to_num(error, nan=np.inf) for error in errors)  # of an amplitude that is none
         head = {
             "tests": len(stable), "amplitude_before": np.median(before), "amplitude_after": np.median(after),
             "amplitude_worse": int(np.sum(after > before)),

@@ -206,22 +206,27 @@ def _headline(head: Mapping[str, Any] | None) -> str:
         return ""
     if "records" in head:  # still air: nothing is stable
         return (
-            f"Of records left out in turn, the damping curve is off by {percent(head['damping_before'], 2)} before and "
-            f"{percent(head['damping_after'], 2)} of the structural damping after"
+            f"Of records left out in turn, the damping curve is off by {_off(head['damping_before'])} before and "
+            f"{_off(head['damping_after'])} of the structural damping after"
             f"{_worse(head['damping_worse'], head['records'])}."
         )
     tests = head["tests"]
     words = (
         "Of tests left out in turn, the stable amplitude is off by "
-        f"{percent(head['amplitude_before'], 2)} (median) before and {percent(head['amplitude_after'], 2)} after"
+        f"{_off(head['amplitude_before'])} (median) before and {_off(head['amplitude_after'])} after"
         f"{_worse(head['amplitude_worse'], tests)}"
     )
     if "damping_before" in head:
         words += (
-            f"; the damping curve by {percent(head['damping_before'], 2)} and {percent(head['damping_after'], 2)} "
+            f"; the damping curve by {_off(head['damping_before'])} and {_off(head['damping_after'])} "
             f"of the relaxation damping{_worse(head['damping_worse'], tests)}"
         )
     return f"{words}."
+
+
+def _off(error: float | None) -> str:
+    """A relative error; none where what is predicted has no stable amplitude, or no end."""
+    return "more than any measure" if error is None else percent(error, 2)
 
 
 def _worse(count: int, of: int) -> str:
