@@ -519,3 +519,14 @@ def test_still_air_predicts_nothing() -> None:
 def test_a_fit_without_the_campaign_model_is_named() -> None:
     with pytest.raises(InputError, match="found no campaign posterior"):
         predict(make_tree(), scruton_number=3.0)
+
+
+def test_a_prediction_says_that_no_law_holds() -> None:
+    """A converged fit said so, and what was predicted of it at half its lowest Scruton number did not."""
+    tree, doubted = campaign_tree(), campaign_tree()
+    doubted["laws"].attrs["doubted"] = (
+        "the drift leaves even n=0, by 14% one e-fold from the stable amplitude of test A"
+    )
+    (said,) = set(predict(doubted, scruton_number=3.0).flags) - set(predict(tree, scruton_number=3.0).flags)
+    assert said.startswith("no law of the card holds, since the drift leaves even n=0")
+    assert said.endswith("trust amplitudes at and between tested Scruton numbers alone")

@@ -318,6 +318,15 @@ def test_two_modes_are_not_called_converged():
     assert "Raise sampler.max_steps" in verdict.explain(samples.names, settings)
 
 
+@pytest.mark.parametrize("most", [240, 400, 700, 1500])
+def test_the_verdict_on_a_run_that_ends_at_its_limit_rests_on_a_third_of_it(most):
+    """Proposals were fitted anew 131 steps before the limit of 4000, and the verdict was that of 99 steps."""
+    settings = SamplerSettings(max_steps=most, min_ess=10**6)
+    verdict = sample(Normal(), settings, np.random.SeedSequence(4)).convergence
+    assert not verdict.converged
+    assert verdict.steps >= 0.75 * most / 3.0 - 1.0
+
+
 def test_one_seed_one_chain():
     one, two, other = (sample(Normal(), SamplerSettings(), np.random.SeedSequence(s)) for s in (1, 1, 2))
     assert one.chain.tobytes() == two.chain.tobytes()

@@ -27,6 +27,7 @@ def predict(arguments: Namespace) -> Outcome:
     InputError for results that cannot be read, or hold no test in wind.
     """
     from scruton.griffin import predict
+    from scruton.infer.joint import unconverged
     from scruton.report.summaries import prediction_summary
 
     results, rig = arguments.results, arguments.rig
@@ -42,7 +43,10 @@ def predict(arguments: Namespace) -> Outcome:
     predictions += [predict(tree, damping_ratio=parse_damping(damping), **common) for damping in arguments.damping]
     content = {"predictions": [prediction.to_json() for prediction in predictions]}
     text = render_text(prediction_summary(predictions, summary), line_width())
-    return Outcome(text, code=DONE if summary["converged"] else NOT_TRUSTED, content=content)
+    if summary["converged"]:
+        return Outcome(text, content=content)
+    remarks = [f"the fit did not converge: {', '.join(unconverged(tree))}"] if arguments.json or arguments.quiet else []
+    return Outcome(text, remarks=remarks, code=NOT_TRUSTED, content=content)
 
 
 def read_fit(results: Path, effect: str | None, wanted: str) -> "Fitted":

@@ -26,7 +26,7 @@ from scruton.griffin.posterior import (
     unit_of,
 )
 from scruton.griffin.thresholds import UNSETTLED, WIDE_DAMPING, X_TRUSTED
-from scruton.infer.joint import CAMPAIGN, SCALES, curve_remark, failed, names_at_prior
+from scruton.infer.joint import CAMPAIGN, SCALES, curve_remark, doubted_remark, failed, names_at_prior
 from scruton.shown import shown
 from scruton.stats.convergence import monte_carlo_error
 
@@ -261,6 +261,7 @@ def predict(
         *_wide(damping_ratio),
         *prior_speaks(tree),
         *curve_remark(tree),
+        *doubted_remark(tree),
         *unsettled_laws(tree, curve.laws),
     )
     return replace(prediction, flags=remarks, at_discrepancy=at_discrepancy)

@@ -194,6 +194,13 @@ def curve_remark(tree: "xr.DataTree") -> tuple[str, ...]:
     return (text,) if text else ()
 
 
+def doubted_remark(tree: "xr.DataTree") -> tuple[str, ...]:
+    """What has to be said where no law of the card holds; empty otherwise, and of fits that do not know it."""
+    if "laws" not in tree or not (why := tree["laws"].attrs.get("doubted", "")):
+        return ()
+    return (f"no law of the card holds, since {why}: trust amplitudes at and between tested Scruton numbers alone",)
+
+
 def failed(tree: "xr.DataTree") -> list[str]:
     """Names of all posteriors that did not converge; none where a fit does not say."""
     if "convergence" not in tree:

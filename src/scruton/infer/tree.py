@@ -187,7 +187,8 @@ def _campaign_groups(joint: PeakResult) -> dict[str, xr.Dataset]:
         "sampled": weights.sampled.astype(float),
     }
     table = dataset("laws", rows, law=list(weights.labels))
-    table.attrs |= {"rule": weights.rule.name, "explained": weights.rule.sentence}
+    rule = weights.rule
+    table.attrs |= {"rule": rule.name, "explained": rule.sentence, "doubted": rule.why if rule.doubted else ""}
     return {"campaign_posterior": group, "laws": table}
 
 

@@ -209,6 +209,8 @@ def sample(
                 more = verdict.wanting(settings)
             # A run that is soon long enough is not begun anew.
             late = more >= 1.0 and (rounds == EARLY or 2 * ensembles.steps >= total)
+            # Nor is one of which what is left would be the shorter part.
+            late = late and total + ensembles.steps <= settings.max_steps
             if rounds < EARLY or (rounds < ADAPTATIONS and late):
                 rounds += 1
                 ensembles.adapt(together=rounds > EARLY)
