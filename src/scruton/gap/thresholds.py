@@ -14,8 +14,8 @@ import numpy as np
 # to 40 % and intermittent lock-in passed for gusts of 4 to 50 % (`scruton challenge make --cases 65 --seed 2043`);
 # with one of 4 % two of 17 clean campaigns of another simulator, with gusts of 2 %, were `unknown`, with 8 % none is.
 MOST_GUSTS = 0.08
-DIES_OUT = 0.1  # of the largest stable amplitude: what a test has below that is no amplitude that sizes could refer to
-MOST_SET_POINT = 0.02  # likewise, from record to record
+MOST_SET_POINT = 0.02  # of the stable amplitude, likewise, from record to record
+DIES_OUT = 0.1  # of the largest stable amplitude: a test that has less is no measure of sizes
 
 # ---- the verdict
 SECOND_NATS = 8.0  # that a further effect must gain beside those found
