@@ -4,15 +4,17 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from scruton.campaign.remarks import Remark, Severity
-from scruton.campaign.schema import Campaign, Record, Rig, Test
+from scruton.campaign.schema import Campaign, Kind, Record, Rig, Test
 from scruton.envelope.clipping import CLIPPED, unclipped
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.natural_frequency import retuned
 from scruton.envelope.quality import RecordQuality, assess
 from scruton.envelope.ringdown import RingDown, ring_down
 from scruton.envelope.stillness import moving
-from scruton.envelope.thresholds import NYQUIST, STATED_SD
+from scruton.envelope.thresholds import FALLS, NYQUIST, STATED_SD
 from scruton.envelope.transient import front_end_cycles
 from scruton.envelope.types import Cycles
 from scruton.envelope.vibrates import check_vibrates
@@ -134,7 +136,28 @@ def usable(
     campaign = moving(campaign)
     campaign, cycles = _sifted(campaign if clipped else unclipped(campaign), source, strict, plucks)
     tuned = retuned(campaign, cycles, refuse=plucks)
-    return (campaign, cycles) if tuned is campaign else _sifted(tuned, source, strict, plucks)
+    if tuned is not campaign:
+        campaign, cycles = _sifted(tuned, source, strict, plucks)
+    return (campaign, cycles) if clipped else _risen(campaign, cycles)
+
+
+def _risen(campaign: Campaign, cycles: Mapping[str, Cycles]) -> tuple[Campaign, dict[str, Cycles]]:
+    """Growths from their lowest cycle on, where they fall far before they grow, and the remarks that say so.
+
+    A body that is released out of step with its wake works against it at first: no damping that depends on the
+    amplitude alone lets it pass one amplitude in both directions.
+    """
+    found, remarks = dict(cycles), []
+    for record, _, _ in records_of(campaign):
+        track = found[record.name]
+        lowest = int(np.argmin(track.amplitude))
+        part = float(track.amplitude[lowest] / track.amplitude[0])
+        if record.kind is Kind.GROWTH and 0 < lowest < track.amplitude.size // 2 and part < FALLS:
+            found[record.name] = track.part(slice(lowest, None))
+            alike = "falls to {} of its first amplitude before it grows, and is used from there on"
+            told = f"{alike.format(f'{part:.0%}')} (a body released out of step with its wake)."
+            remarks.append(Remark(Severity.DOUBT, "falls", "record", record.name, told, f"{alike},", part))
+    return (replace(campaign, remarks=(*campaign.remarks, *remarks)) if remarks else campaign), found
 
 
 def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tuple[Campaign, dict[str, Cycles]]:

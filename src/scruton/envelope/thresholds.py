@@ -102,3 +102,6 @@ STANDING = 0.05  # of the standing amplitude: as near it stands
 # often it passes the median there. Gusts of 6 %, the most there are, scatter it by less than 0.1.
 BEATS, PASSES = 0.2, 4
 FEWEST_STANDING = 5  # cycles of the last quarter
+
+# A growth whose lowest cycle lies below so much of its first, in its first half, falls before it grows.
+FALLS = 0.5  # of the first amplitude
