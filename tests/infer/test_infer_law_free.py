@@ -47,7 +47,7 @@ def test_the_curve_is_that_of_the_damping_and_not_of_the_law():
         posterior=posterior, samples=SimpleNamespace(chain=u[None]), derived=derived, test=SimpleNamespace(name="bump")
     )
     still = SimpleNamespace(**{**vars(result), "test": SimpleNamespace(name="lock-in only")})
-    sampling = SimpleNamespace(seed_of=lambda _: 0)
+    sampling = SimpleNamespace(generator=lambda _: np.random.default_rng(0))
     found = law_free_group([result, still], [(0.003, 0.12), (np.nan, np.nan)], sampling)
 
     assert found["level_scruton_number"].shape[0] == SAMPLES

@@ -10,7 +10,7 @@ from scruton.campaign import Campaign, load_campaign, tests_used
 from scruton.campaign.remarks import sentences
 from scruton.dynamics.identify import Identified, identify
 from scruton.envelope import Inspection, RecordQuality, gather, review
-from scruton.envelope.consistency import of_other_units
+from scruton.envelope.consistency import refused
 from scruton.errors import InputError
 from scruton.shown import shown
 
@@ -84,5 +84,5 @@ def check(campaign: Campaign | Path | str, tests: str | Sequence[str] | None = N
     if tests is not None:
         loaded = tests_used(loaded, tests)
     inspection = gather(loaded, problems)
-    problems += of_other_units(inspection)
+    problems += refused(inspection)
     return Check(loaded, tuple(sentences(review(inspection))), tuple(problems), inspection)
