@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 
 # ---- the null model
-# Scatter of the drive by slow gusts, that no gusts reach: more is a gap; as much as a fit admits.  Where the air damps,
-# too, both go with the wind speed, and gusts that move the stable amplitude by 3 % move the drive by up to 6.  Without a
-# bound jumps of 10 to 40 % and intermittent lock-in passed for gusts of 4 to 50 % (`scruton challenge make --cases 65
-# --seed 2043`); with one of 4 % two of 17 clean campaigns of another simulator, with gusts of 2 %, were `unknown`.
+# Scatter of the drive by slow gusts, that no gusts reach: more is a gap; as much as a fit admits.  Where the air
+# damps, too, both go with the wind speed, and gusts that move the stable amplitude by 3 % move the drive by up to 6.
+# Without a bound jumps of 10 to 40 % and intermittent lock-in passed for gusts of 4 to 50 % (`scruton challenge make
+# --cases 65 --seed 2043`); with one of 4 % two of 17 clean campaigns of another simulator, with gusts of 2 %, were
+# `unknown`.
 MOST_GUSTS = 0.06
 MOST_SET_POINT = 0.02  # of the stable amplitude, likewise, from record to record
 DIES_OUT = 0.1  # of the largest stable amplitude: a test that has less is no measure of sizes
