@@ -1,6 +1,6 @@
 """A first look at a campaign, before any sampling: what its records show, and the paper's own quick estimation."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -10,7 +10,8 @@ from scruton.campaign import Campaign, load_campaign, tests_used
 from scruton.campaign.remarks import sentences
 from scruton.dynamics.identify import Identified, identify
 from scruton.envelope import Inspection, RecordQuality, gather, review
-from scruton.envelope.consistency import refused
+from scruton.envelope.consistency import of_other_units
+from scruton.envelope.natural_frequency import retuned
 from scruton.errors import InputError
 from scruton.shown import shown
 
@@ -84,5 +85,17 @@ def check(campaign: Campaign | Path | str, tests: str | Sequence[str] | None = N
     if tests is not None:
         loaded = tests_used(loaded, tests)
     inspection = gather(loaded, problems)
-    problems += refused(inspection)
+    problems += _refused(inspection)
     return Check(loaded, tuple(sentences(review(inspection))), tuple(problems), inspection)
+
+
+def _refused(inspection: Inspection) -> Iterator[InputError]:
+    """What a fit would refuse of records that can each be used, as it would say it."""
+    if not inspection.cycles:
+        return
+    try:
+        retuned(inspection.campaign, inspection.cycles, refuse=True)
+    except InputError as fault:
+        yield fault
+    else:
+        yield from of_other_units(inspection)

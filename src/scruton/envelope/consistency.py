@@ -18,7 +18,6 @@ from scruton.campaign.thresholds import FAR
 from scruton.envelope import thresholds
 from scruton.envelope.clipping import CLIPPED
 from scruton.envelope.inspection import Inspection
-from scruton.envelope.natural_frequency import retuned
 from scruton.envelope.ringdown import DampingBand, RingDown
 from scruton.errors import InputError
 from scruton.said import damping, said
@@ -120,18 +119,6 @@ def check_units(inspection: Inspection) -> None:
     """InputError for the first of the records that `of_other_units` tells."""
     for fault in of_other_units(inspection):
         raise fault
-
-
-def refused(inspection: Inspection) -> Iterator[InputError]:
-    """What a fit would refuse of records that can each be used, as it would say it."""
-    if not inspection.cycles:
-        return
-    try:
-        retuned(inspection.campaign, inspection.cycles, refuse=True)
-    except InputError as fault:
-        yield fault
-    else:
-        yield from of_other_units(inspection)
 
 
 def of_other_units(inspection: Inspection) -> Iterator[InputError]:
