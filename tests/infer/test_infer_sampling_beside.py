@@ -9,13 +9,6 @@ from scruton.infer.sampling import ExcludedByPriorsError, Known, Sampling
 from scruton.processes import SecondProcess
 
 
-class Nobody(SecondProcess):
-    """A second process that never begins anything."""
-
-    def __init__(self) -> None:
-        super().__init__(beside=False)
-
-
 def held(known: Known) -> Known:
     return known
 
@@ -48,7 +41,7 @@ def test_what_fails_beside_is_left_to_who_asks_for_it(second):
 
 
 def test_what_is_not_begun_is_never_done_beside():
-    nobody = Nobody()
+    nobody = SecondProcess(beside=False)
     known = Known(second=nobody)
     known.begin("a", held, Known({"a": ("print", None)}))
     known.wait("a")
@@ -63,6 +56,7 @@ def test_nothing_is_begun_without_a_second_process():
 
 
 def test_work_that_is_not_begun_is_done_where_its_result_is_wanted():
-    assert Nobody().begin(held, Known())() == {}
+    nobody = SecondProcess(beside=False)
+    assert nobody.begin(held, Known())() == {}
     with pytest.raises(InputError):
-        Nobody().begin(refused, Known())()
+        nobody.begin(refused, Known())()

@@ -120,7 +120,7 @@ def usable(
     plucks : bool
         Whether still-air records that oscillate but show no damping are set aside, too.
     clipped : bool
-        Whether cycles that the sensor cut off are kept: a diagnosis needs them.
+        Whether cycles that the sensor cut off are kept, and growths whole that fall first: a diagnosis needs them.
 
     Returns
     -------
@@ -149,10 +149,14 @@ def _risen(campaign: Campaign, cycles: Mapping[str, Cycles]) -> tuple[Campaign, 
     """
     found, remarks = dict(cycles), []
     for record, _, _ in records_of(campaign):
+        if record.kind is not Kind.GROWTH:
+            continue
         track = found[record.name]
         lowest = int(np.argmin(track.amplitude))
+        if not 0 < lowest < track.amplitude.size // 2:
+            continue
         part = float(track.amplitude[lowest] / track.amplitude[0])
-        if record.kind is Kind.GROWTH and 0 < lowest < track.amplitude.size // 2 and part < FALLS:
+        if part < FALLS:
             found[record.name] = track.part(slice(lowest, None))
             alike = "falls to {} of its first amplitude before it grows, and is used from there on"
             told = f"{alike.format(f'{part:.0%}')} (a body released out of step with its wake)."

@@ -163,14 +163,14 @@ def _assembled(
     in_wind = np.array([_in_wind(campaign, j, cycles, xi) for j, xi in zip(of_test, nominal, strict=True)])
     sc, speed, aero, drive, mass_sd = (column.copy() for column in in_wind.T)
     by_sc = sorted((r for j, r in _first_in_wind(of_test).items() if tests[j] in peaks), key=lambda r: sc[r])
-    middle = by_sc[(len(by_sc) - 1) // 2] if by_sc else -1
+    k = (len(by_sc) - 1) // 2
+    middle = by_sc[k] if by_sc else -1
     demodulated = [cycles[record.name] for record in records]
     largest = np.array([float(np.max(track.amplitude)) for track in demodulated])
     base, reference, rate = 0, float(np.exp(np.mean(np.log(largest)))) * 0.5, 0.005
     if middle >= 0:
         levels = np.array([stable[tests[of_test[r]]] for r in by_sc])
         stand = levels >= DIES_OUT * levels.max()
-        k = by_sc.index(middle)
         base, reference, rate = middle, float(levels[k] if stand[k] else np.median(levels[stand])), 0.01
         aero, drive = aero / aero[middle], drive / drive[middle]
     smallest = min(track.amplitude.min(where=_clear(track), initial=np.max(track.amplitude)) for track in demodulated)

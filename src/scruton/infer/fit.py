@@ -58,6 +58,8 @@ from scruton.stats import whiteness
 from scruton.stats.priors import Prior, check_support
 from scruton.stats.ranks import effective_draws_of_mean
 
+type AskedTrial = tuple[str, TrialPosterior, *tuple[FloatArray, ...]]  # see `scruton.infer.sampling.Asked`
+
 TRANSIENTS = (Kind.GROWTH, Kind.DECAY)
 LOCK_IN = "lock-in of"  # how the posterior of one lock-in record is named, before the record
 # What is sampled of a trial function, and the priors of the card that it has.
@@ -112,8 +114,10 @@ def fit_campaign(
     inspection = weigh(campaign, cycles, ringdowns, card.damping_relative_sd)
     check_units(inspection)
     transients = [one for test in campaign.tests for one in test.records if one.kind in TRANSIENTS] if thorough else []
-    for record in reversed(transients):  # beside, from the last: those that are not begun are sampled here in order
-        sampling.begin(*trial_of(campaign, record, cycles[record.name], card))
+    of_trials = {record.name: trial_of(campaign, record, cycles[record.name], card) for record in transients}
+    # Beside, from the last: those that are not begun are sampled here in their order.
+    for trial in reversed(of_trials.values()):
+        sampling.begin(*trial)
     rigs = {rig.name: fit_rig(campaign, rig, cycles, ringdowns.get(rig.name), sampling) for rig in campaign.rigs}
     tests = [fit_test(campaign, test, rigs[test.rig], cycles, sampling) for test in campaign.tests if test.records]
     levels = {result.test.name: float(np.median(result.derived["a_star"])) for result in tests}
@@ -130,10 +134,10 @@ def fit_campaign(
         *([remark] if joint and (remark := joint.weights.flag or reference_remark(joint.weights)) else []),
     ]
     trials = [
-        fit_trial(campaign, result, record, cycles[record.name], sampling)
+        fit_trial(result, record, of_trials[record.name], sampling)
         for result in tests
         for record in result.test.records
-        if record.kind in TRANSIENTS and thorough
+        if record.name in of_trials
     ]
     sampled = Sampled(campaign, card, cycles, ringdowns, tuple(rigs.values()), tuple(tests), joint, tuple(trials))
     provenance = provenance_of_fit(campaign, card, seed=seed, asked=asked)
@@ -295,9 +299,7 @@ def steady_amplitude(verdict: SteadyVerdict) -> SteadyAmplitude:
     return SteadyAmplitude(mean, float(np.hypot(a.std() / np.sqrt(ess), STEADY_FLOOR * mean)), length)
 
 
-def trial_of(
-    campaign: Campaign, record: Record, cycles: Cycles, card: ModelCard
-) -> tuple[str, TrialPosterior, *tuple[FloatArray, ...]]:
+def trial_of(campaign: Campaign, record: Record, cycles: Cycles, card: ModelCard) -> AskedTrial:
     """Name and posterior of a record's trial function, and what the likelihood reads."""
     data = EnvelopeData.join({record.name: cycles})
     motion = campaign.section.motion
@@ -309,11 +311,9 @@ def trial_of(
     return f"{TRIAL} {record.name}", posterior, data.amplitude, data.standard_error, data.time
 
 
-def fit_trial(
-    campaign: Campaign, result: TestResult, record: Record, cycles: Cycles, sampling: Sampling
-) -> TrialResult:
+def fit_trial(result: TestResult, record: Record, asked: AskedTrial, sampling: Sampling) -> TrialResult:
     """Posterior of the constants a, b, c, d of one transient record (Eq. 4)."""
-    where, posterior, *arrays = trial_of(campaign, record, cycles, sampling.card)
+    where, posterior, *arrays = asked
     samples = sampling.run(where, posterior, *arrays)
     rng = sampling.generator(f"amplitudes of {where}")
     names = ("a", "b", "c", "d", "residual_sd", "residual_rate")

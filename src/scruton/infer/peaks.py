@@ -15,7 +15,7 @@ from scruton.infer.joint import CAMPAIGN
 from scruton.infer.models import NOISE, WIND
 from scruton.infer.peak_test import PeakTest
 from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult, Weighing
-from scruton.infer.sampling import Asked, ExcludedByPriorsError, Sampling
+from scruton.infer.sampling import Asked, ExcludedByPriorsError, Sampling, kept_as
 from scruton.infer.thresholds import CARRIES, DEPARTS, DISPLACED, HOPELESS, LAWS_SHARE_ALONE, LAWS_SHARE_DOUBTED
 from scruton.stats.evidence import evidence_by_importance, log_evidence
 from scruton.stats.optimum import laplace_log_evidence
@@ -117,7 +117,7 @@ def fit_peaks(
             # Where walkers hardly moved, which the verdict says, Laplace's approximation has to do.
             with contextlib.suppress(ValueError):
                 seed = sampling.seed_of(f"evidence, {labels[k]}")
-                what = f"evidence, {labels[k]}{', roughly' * roughly[k]}"
+                what = kept_as(f"evidence, {labels[k]}", roughly[k])
                 evidence = sampling.once(what, log_evidence, posterior, samples, seed)
                 log_z[k], error[k] = evidence.log_z, evidence.error
         derived = derive(campaign, tests, posterior, samples.chain)

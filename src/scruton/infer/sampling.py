@@ -70,7 +70,8 @@ class Sampling:
 
     What an earlier run drew of the very same posterior is `known`, and is not drawn again: what is left of a campaign
     has most of its posteriors in common with the whole. `faults` says of each posterior that did not converge what is
-    wrong with its draws; which of them bring the verdict down is for `scruton.infer.joint.unconverged` to say.
+    wrong with its draws; which of them bring the verdict down is for `scruton.infer.joint.unconverged` to say.  What
+    else was `made` `once` of posteriors of this run goes by its own name.
     """
 
     card: ModelCard
@@ -100,7 +101,7 @@ class Sampling:
     def begin(self, name: str, posterior: Posterior, *arrays: FloatArray, roughly: bool = False) -> None:
         """Sample beside, if there is a second process, what `run` is going to be asked for."""
         apart = Sampling(self.card, self.seed, self.checkpoints)
-        self.known.begin(_kept_as(name, roughly), _drawn, apart, name, posterior, arrays, roughly)
+        self.known.begin(kept_as(name, roughly), _drawn, apart, name, posterior, arrays, roughly)
 
     def run(self, name: str, posterior: Posterior, *arrays: FloatArray, roughly: bool = False) -> Samples:
         """Sample, with a checkpoint that knows the data by their digest.
@@ -113,7 +114,7 @@ class Sampling:
         digest = hashlib.sha256(f"{__version__}|{self.seed}|{name}|{posterior.priors!r}|{self.card.sha256}".encode())
         for array in arrays:
             digest.update(np.ascontiguousarray(array).tobytes())
-        fingerprint, what = digest.hexdigest(), _kept_as(name, roughly)
+        fingerprint, what = digest.hexdigest(), kept_as(name, roughly)
         checkpoint = None
         if self.checkpoints is not None:
             checkpoint = Checkpoint(self.checkpoints / f"{zlib.crc32(what.encode()):08x}.npz", fingerprint)
@@ -143,7 +144,8 @@ class Sampling:
         return samples
 
 
-def _kept_as(name: str, roughly: bool) -> str:
+def kept_as(name: str, roughly: bool) -> str:
+    """The name that what is known roughly goes by, so that it is not taken for the whole."""
     return f"{name}, roughly" if roughly else name
 
 

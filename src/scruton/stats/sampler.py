@@ -207,10 +207,9 @@ def sample(
                 if last or verdict.converged:
                     break
                 more = verdict.wanting(settings)
-            # A run that is soon long enough is not begun anew.
-            late = more >= 1.0 and (rounds == EARLY or 2 * ensembles.steps >= total)
-            # Nor is one of which what is left would be the shorter part.
-            late = late and total + ensembles.steps <= settings.max_steps
+            # A run that is soon long enough is not begun anew, nor one of which what is left would be the shorter part.
+            left = total + ensembles.steps <= settings.max_steps
+            late = more >= 1.0 and left and (rounds == EARLY or 2 * ensembles.steps >= total)
             if rounds < EARLY or (rounds < ADAPTATIONS and late):
                 rounds += 1
                 ensembles.adapt(together=rounds > EARLY)
