@@ -202,6 +202,19 @@ def test_the_decision_can_be_rebuilt_and_is_the_same_whichever_verb_wrote_it(sma
     assert rebuilt(small_results, found, tmp_path / "again")["modes"] == found["modes"]
 
 
+def test_a_law_without_a_curve_of_its_own_starts_where_it_has_its_answer_whoever_asks(small_results, bridge):
+    """The sizing under a law alone and its row in that of all laws are one number; that no law holds is said."""
+    tree = read_tree(small_results)[0].copy()
+    tree["laws"].attrs["doubted"] = "the drift leaves even n=-1"
+    of = load_bridge(bridge, Motion.HEAVING)
+    every, alone = (size(tree, of, [], law_n=n) for n in (None, 2.0))
+    assert any("no law of the card holds" in flag for flag in every.flags)
+    assert any("its curve is a what-if" in flag for flag in alone.flags)
+    for one, other in zip(every.modes, alone.modes, strict=True):
+        for weighed, by_law in zip(one.limits, other.limits, strict=True):
+            assert weighed.required_by_law["n=2"]["0.95"] == by_law.required["0.95"]
+
+
 def rebuilt(results, found, folder):
     """What follows again from a sizing.json and the fit, by nothing else."""
     kept, settings = found["inputs"], found["provenance"]["settings"]

@@ -272,9 +272,23 @@ def test_a_law_that_was_not_fitted_starts_from_the_laws_that_carry_weight() -> N
     np.testing.assert_allclose(one.draws, a_star * (1.0 - (6.0 - ROW[0]) / relaxation).clip(0.0), rtol=1e-9)
     assert one.laws == {"n=1": 1.0}
     assert "the law n = 1 was not fitted" in one.flags[0]
-    fitted = predict(tree, scruton_number=6.0, law_n=-1.0)
-    assert not any("was not fitted" in flag for flag in fitted.flags)
-    assert fitted.laws == {"n=-1": 1.0}, "a law without weight may be asked for"
+    idle = predict(tree, scruton_number=6.0, law_n=-1.0)
+    assert "the law n = -1 has next to no weight in the fit (0)" in idle.flags[0]
+    assert idle.laws == {"n=-1": 1.0}, "a law without weight may be asked for"
+    assert idle.median == pytest.approx(float(np.median(a_star * amplitude_ratio((6.0 - ROW[0]) / relaxation, -1.0))))
+
+
+def test_where_no_law_holds_each_starts_from_the_nearest_test() -> None:
+    """By its joint curve a law may miss the test that is asked about."""
+    tree = campaign_tree(laws=LAWS)
+    group = tree["campaign_posterior"].to_dataset()
+    group["reference_amplitude"][2] *= 0.5  # n = 2 has a curve far below the tests
+    tree["campaign_posterior"] = xr.DataTree(group)
+    assert predict(tree, scruton_number=ROW[0], law_n=2.0).median == pytest.approx(0.5 * ROW[1])
+    tree["laws"].attrs["doubted"] = "the drift leaves even n=-1"
+    one = predict(tree, scruton_number=ROW[0], law_n=2.0)
+    assert one.median == pytest.approx(ROW[1])
+    assert "the law n = 2 does not hold, nor does another of the card" in one.flags[0]
 
 
 def test_a_free_exponent_predicts_with_every_draws_own_law() -> None:

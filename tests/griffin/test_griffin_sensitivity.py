@@ -58,7 +58,7 @@ def test_halved_and_doubled_is_what_another_card_would_give(monkeypatch: pytest.
 def test_law_weights_are_halved_and_doubled_by_their_odds(monkeypatch: pytest.MonkeyPatch) -> None:
     of_card(monkeypatch)
     tree = campaign_tree(shape=SHAPE, laws={"n=-1": (-1.0, 0.8), "n=2": (2.0, 0.2)})
-    small = with_scales(tree, 1e-6, prior=[0.7, 0.3])
+    small = with_scales(tree, 1e-6, prior=[0.5, 0.5])  # of laws alike in the card: the weights count, not the prior
     laws = prediction_sensitivity(small, [("design", 25.0)])[-1]
     assert laws.source == "law weights"
     low, high = (float(predict(tree, scruton_number=25.0, law_n=n).median) for n in (2.0, -1.0))

@@ -373,6 +373,20 @@ def test_bent_innovations_make_the_fit_one_not_to_be_trusted(fitted: tuple[xr.Da
     assert any("law of damping has another shape" in one.text for one in found.flags if one.serious)
 
 
+def test_what_the_fit_says_of_its_laws_and_its_curve_is_said_again(fitted: tuple[xr.DataTree, dict[str, Any]]) -> None:
+    tree, summary = fitted[0].copy(), fitted[1]
+    before = {flag.text for flag in criticise_tree(tree, summary).flags}
+    tree["laws"].attrs["doubted"] = "the drift leaves even n=0"
+    tree["campaign_posterior"].attrs["off_curve"] = "rig 2 lies off the curve of the others"
+    tree["effect"] = xr.DataTree(xr.Dataset(attrs={"effect": "fluid_memory"}))
+    found = criticise_tree(tree, summary)
+    said = [flag.text for flag in found.flags if flag.text not in before]
+    assert said[0].startswith("no law of the card holds, since the drift leaves even n=0")
+    assert said[1:] == ["rig 2 lies off the curve of the others"]
+    assert found.ok
+    assert any("the curve with fluid_memory" in text for text in found.missing)
+
+
 def test_what_the_results_do_not_hold_is_explained(fitted: tuple[xr.DataTree, dict[str, Any]]) -> None:
     tree, summary = fitted
     kept = ("posterior", "constant_data", "observed_data")

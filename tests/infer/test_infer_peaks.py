@@ -1,6 +1,7 @@
 """The campaign model under several laws: what two small campaigns, one of each kind of force, make of them."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -392,9 +393,29 @@ def test_an_evidence_that_is_not_reliable_scores_no_law(tests_of, card, sampling
 
 
 def test_laws_that_were_not_sampled_get_nothing_from_stacking(peaks_of, card):
-    weights = stack(peaks_of("paper"), Sampling(card, 0)).weights
+    weights = stack(peaks_of("ehsan-scanlan"), Sampling(card, 0)).weights
+    assert weights.sampled.tolist() == [True, False, True]
     assert weights.stacking.sum() == pytest.approx(1.0)
     assert (weights.stacking[~weights.sampled] == 0.0).all()
+    alone = stack(peaks_of("paper"), Sampling(card, 0)).weights
+    assert alone.sampled.tolist() == [True, False, False]
+    assert np.isnan(alone.stacking).all(), "one law is compared with none"
+
+
+def test_without_a_record_and_another_rig_nothing_is_stacked(peaks_of, card):
+    result = peaks_of("paper")
+    posterior = result.laws[0].posterior
+    (test, *_) = posterior.tests
+    nothing = test.wind.data
+    for record in dict.fromkeys(nothing.record.tolist()):
+        nothing = nothing.without(record)
+    no_cycles = replace(test, wind=replace(test.wind, data=nothing))
+    laws = tuple(replace(law, posterior=SimpleNamespace(tests=[no_cycles])) for law in result.laws)
+    sampling = Sampling(replace(card, averaging="stacking"), 0)
+    found = settle(stack(replace(result, laws=laws), sampling), sampling, white=True)
+    assert np.isnan(found.weights.stacking).all()
+    np.testing.assert_allclose(found.weights.weight.sum(), 1.0)
+    assert found.weights.rule.name.startswith("evidence")
 
 
 # ------------------------------------------------------------------------------------------------ flags, walkers, data

@@ -15,7 +15,8 @@ from scruton.dynamics.laws import amplitude_ratio, extrapolation_index
 from scruton.errors import InputError
 from scruton.griffin.coverage import Coverage, coverage_of
 from scruton.griffin.law_free import LawFree, law_free
-from scruton.infer.joint import law_weights, mixed
+from scruton.infer.joint import doubted, law_weights, mixed, told_weights
+from scruton.infer.thresholds import CARRIES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -198,8 +199,8 @@ class LawCurves:
 def law_curves(tree: "xr.DataTree", *, law_n: float | None = None, near: float | None = None) -> LawCurves:
     """Draws of the curve that the peak tests share, law by law; `law_n` as of `predict`.
 
-    The measured damping has no say where one law is asked for, nor where an effect is in the curve.  A law that was not
-    fitted starts from one test, the nearest to the Scruton number `near`: see `Start`.
+    The measured damping has no say where one law is asked for, nor where an effect is in the curve.  A law that has no
+    curve of its own, see `what_if`, starts from one test, the nearest to the Scruton number `near`: see `Start`.
 
     Raises
     ------
@@ -234,11 +235,10 @@ def law_curves(tree: "xr.DataTree", *, law_n: float | None = None, near: float |
         return LawCurves(reference, amplitude[:1], relaxation[:1], n[:1], tau, np.ones(1), (label,), effect, coverage)
     kept = list(range(len(labels)))
     if law_n is not None:
-        kept, labels = [k for k in kept if np.all(n[k] == law_n)][:1], [f"n={law_n:g}"]
-        if not kept:
+        if what_if(tree, law_n):
             start = nearest_start(starts(tree), reference if near is None else near)
             return start.curves(law_n, mixed(weights, n.shape[1]), discrepancy, coverage)
-        weights = np.ones(len(weights))  # one law alone, whatever its weight is, perhaps none
+        kept, labels = [k for k in kept if np.all(n[k] == law_n)][:1], [f"n={law_n:g}"]
     return LawCurves(
         reference, amplitude[kept], relaxation[kept], n[kept], discrepancy[kept], weights[kept] / weights[kept].sum(),
         tuple(labels), coverage=coverage, measured=law_free(tree) if law_n is None else None,
@@ -247,7 +247,7 @@ def law_curves(tree: "xr.DataTree", *, law_n: float | None = None, near: float |
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """One peak test, which a law that was not fitted starts from: its draws in the model that predicts, (S,) each.
+    """One peak test, which a law without a curve of its own starts from: its draws in the model that predicts, (S,).
 
     The laws that were fitted are mixed by their weights; `relaxation` is Sc_lambda there.
     """
@@ -279,7 +279,7 @@ class Start:
 
 
 def starts(tree: "xr.DataTree") -> list[Start]:
-    """Every peak test as the start of a law that was not fitted."""
+    """Every peak test as the start of a law without a curve of its own."""
     group, constant = tree["campaign_posterior"], tree["constant_data"]
     _, weights = law_weights(tree)
     found = []
@@ -300,15 +300,26 @@ def nearest_start(found: "Sequence[Start]", near: float) -> Start:
 
 
 def what_if(tree: "xr.DataTree", law_n: float | None) -> tuple[str, ...]:
-    """What has to be said of a law that is asked for and was not fitted; empty otherwise."""
+    """Why a law that is asked for has no curve of its own, in one sentence; empty where it has.
+
+    That is where it was fitted, carries weight, and some law of the card holds: else its curve misses the tests.
+    """
     if law_n is None:
         return ()
     group = tree["campaign_posterior"]
-    if any(np.all(n == law_n) for n in group["n"].to_numpy()):
+    labels, n = group["law"].to_numpy(), group["n"].to_numpy()
+    label = next((str(labels[k]) for k in range(len(labels)) if np.all(n[k] == law_n)), "")
+    if not label:
+        why = "was not fitted"
+    elif (weight := told_weights(tree)[label]) < CARRIES:
+        why = f"has next to no weight in the fit ({weight:.1g})"
+    elif doubted(tree):
+        why = "does not hold, nor does another of the card"
+    else:
         return ()
     return (
-        f"the law n = {law_n:g} was not fitted: its curve is a what-if, from the stable amplitude and the relaxation "
-        "that the fit found at the nearest test",
+        f"the law n = {law_n:g} {why}: its curve is a what-if, from the stable amplitude and the relaxation that the "
+        "fit found at the nearest test",
     )
 
 

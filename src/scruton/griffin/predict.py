@@ -321,7 +321,7 @@ def predictive_draws(
     z = _deviates(curve, seed)
     if not what_if(tree, law_n):
         return curve.predictive(sc, z)
-    # A law that was not fitted starts from the nearest test.
+    # It starts from the nearest test.
     middle = np.median(np.atleast_2d(sc), axis=0)
     nearest = np.argmin([np.abs(start.index(middle)) for start in starts(tree)], axis=0)
     draws = np.empty((z.size, nearest.size))

@@ -57,8 +57,8 @@ def prediction_sensitivity(
     Notes
     -----
     Draws are reweighted: by the prior density to a power (Kallioinen et al., 2024), and by the density of the prior
-    whose median is halved or doubled over that of the card's.  The odds of the law with the most weight are
-    halved and doubled where several have some.
+    whose median is halved or doubled over that of the card's.  Where several laws have weight, these weights are raised
+    to a power, and the odds of the law with the most are halved and doubled.
     """
     labels, weights = law_weights(tree)
     group = tree["campaign_posterior"].to_dataset()
@@ -81,9 +81,8 @@ def prediction_sensitivity(
         sources.append((sign, prior.log_density(log), moved))
     if used.size > 1:
         leading = law == np.argmax(weights)
-        prior_weight = np.asarray(tree["laws"]["prior_weight"].sel(law=labels).to_numpy(), dtype=float)
         moved = [np.where(leading, np.log(factor), 0.0) for factor in _FACTORS]
-        sources.append((LAWS, np.log(prior_weight[law]), moved))
+        sources.append((LAWS, np.log(weights[law]), moved))
     rows = []
     for j, (where, number) in enumerate(points):
         own = draws[:, j]

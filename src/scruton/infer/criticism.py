@@ -16,6 +16,7 @@ from scruton.arrays import FloatArray
 from scruton.documents import as_json
 from scruton.infer import replication, sensitivity
 from scruton.infer import thresholds as limits
+from scruton.infer.joint import curve_remark, doubted_remark
 from scruton.infer.models import NOISE
 from scruton.infer.replication import BandShare, PriorCheck
 from scruton.infer.sensitivity import Influence, Moved, PredictionSensitivity, Scaling
@@ -214,6 +215,11 @@ def criticise_tree(tree: "xr.DataTree", summary: Mapping[str, Any], *, seed: int
     if not summary.get("converged", True):
         text = "the fit did not converge: what follows may judge draws that are not the posterior's"
         flags.append(Flag("sampling", "", text, True))
+    if "campaign_posterior" in tree:
+        flags += [Flag("laws", "", remark) for remark in (*doubted_remark(tree), *curve_remark(tree))]
+    if "effect" in tree:
+        effect = tree["effect"].attrs["effect"]
+        missing.append(f"the curve with {effect}, which predicts: what follows examines the law without it")
     asked: dict[str, Sequence[Any]] = {
         "innovations": innovations,
         "posterior predictive": adjusted,

@@ -194,9 +194,14 @@ def curve_remark(tree: "xr.DataTree") -> tuple[str, ...]:
     return (text,) if text else ()
 
 
+def doubted(tree: "xr.DataTree") -> str:
+    """Why no law of the card holds, in a clause; empty where one does, and of fits that do not know it."""
+    return str(tree["laws"].attrs.get("doubted", "")) if "laws" in tree else ""
+
+
 def doubted_remark(tree: "xr.DataTree") -> tuple[str, ...]:
-    """What has to be said where no law of the card holds; empty otherwise, and of fits that do not know it."""
-    if "laws" not in tree or not (why := tree["laws"].attrs.get("doubted", "")):
+    """What has to be said where no law of the card holds; empty otherwise."""
+    if not (why := doubted(tree)):
         return ()
     return (f"no law of the card holds, since {why}: trust amplitudes at and between tested Scruton numbers alone",)
 

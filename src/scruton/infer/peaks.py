@@ -230,16 +230,17 @@ def stack(result: PeakResult, sampling: Sampling) -> PeakResult:
 
     The density is the ratio of two evidences, with the record and without it, both integrals over all parameters; one
     step ahead a filter would forgive a wrong law.  A record or rig without which the evidence of a law is not known
-    reliably scores none of them; where no other is left there are no weights.
+    reliably scores none of them; where no other is left, or one law was sampled, there are no weights.
     """
     weights = result.weights
     chosen = np.flatnonzero(weights.sampled)
     tests = result.laws[0].posterior.tests
     records = [name for test in tests for name in dict.fromkeys(test.wind.data.record.tolist())]
     rigs = [test.name for test in tests] if len(tests) > 1 else []
-    stacking, unscored = np.where(weights.sampled, 1.0, 0.0), []
-    if len(chosen) > 1 and records:
-        left_out = [*records, *rigs]
+    left_out = [*records, *rigs]
+    # One law alone is compared with none.
+    stacking, unscored = np.full(len(weights.labels), np.nan), []
+    if len(chosen) > 1 and left_out:
         scores = np.full((len(chosen), len(left_out)), np.nan)
         for i, law in enumerate(result.laws):
             near = fit_student_t(end_to_end(law.samples.chain))
@@ -256,7 +257,9 @@ def stack(result: PeakResult, sampling: Sampling) -> PeakResult:
                         scores[i, j] = weights.log_evidence[chosen[i]] - without.log_z
         known = np.isfinite(scores).all(axis=0)
         unscored = [name for name, good in zip(left_out, known, strict=True) if not good]
-        stacking[chosen] = stacking_weights(scores[:, known]) if known.any() else np.nan
+        if known.any():
+            stacking = np.zeros(len(weights.labels))
+            stacking[chosen] = stacking_weights(scores[:, known])
     return replace(result, weights=replace(weights, stacking=stacking, unscored=tuple(unscored)))
 
 

@@ -150,8 +150,8 @@ class LawWeights:
         Of a law that was not sampled, by Laplace's approximation and without an error; NaN where there is one law.
     sampled : array of bool
     stacking : array
-        Weights by stacking whose units are a record and a rig left out; NaN where they were not asked for, or no
-        evidence without one is reliable. A law that was not sampled takes no part and has none.
+        Weights by stacking whose units are a record and a rig left out; NaN where they were not asked for, one law
+        alone was sampled, or no evidence without one is reliable. A law that was not sampled beside others has none.
     unscored : tuple of str
         Records and rigs that take no part in stacking: the evidence without them is not reliable.
     rule : Weighing

@@ -1,8 +1,8 @@
 """What a required damping is held against: all laws, no law, a line by hand, what was tested."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +12,8 @@ from scruton.griffin.curves import LawCurves, Start, law_curves, nearest_start, 
 from scruton.griffin.discrepancy import STATED, one_rig, with_discrepancy
 from scruton.griffin.law_free import LawFree, StraightLine, law_free, straight_line
 from scruton.griffin.thresholds import X_TRUSTED
-from scruton.sizing.model import Draws, ModeModel
+from scruton.sizing.limits import Limit
+from scruton.sizing.model import Draws, ModeModel, unit_cube
 from scruton.sizing.thresholds import LARGEST_ADDED
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 CONFIDENCES = ("0.50", "0.84", "0.95", "0.99")
 ASKED = "0.95"  # the one that is spoken of: in flags, on the first page, in a bridge's decision
 LAW_FREE = "law-free"
+_FEW = 1 << 12  # draws that tell which test is nearest
 Required = Mapping[str, float | None]
 
 
@@ -103,7 +105,7 @@ class Evidence:
         return cls(tree, law_free(tree), straight_line(tree), known)
 
     def each_law(self, near: float) -> dict[str, LawCurves]:
-        """Each law of the card alone; one that was not sampled starts from the test nearest to a Scruton number."""
+        """Each law of the card alone; without a curve of its own, from the test nearest to a Scruton number."""
         test = nearest_start(self._starts, near).test
         if test not in self._curves:
             self._curves[test] = self._each_law(near)
@@ -164,28 +166,63 @@ class Evidence:
             alone = self.each_law(near)[label]
             place = label, alone.reference
             if place not in by_start:
-                known = needed.get(label)
+                known = needed.get(label) if alone.coverage is None or alone.coverage.start is None else None
                 needs = replace(model, laws=alone).draws(u).needed(limit) if known is None else known
                 by_start[place] = required_of(needs)
             return alone.reference, by_start[place]
+
+        def answer(label: str, name: str, near: float) -> tuple[float, float, float]:
+            start, required = asked(label, near)
+            added = np.inf if (asks := required[name]) is None else asks
+            return start, added, float(np.median(draws.scruton_number(min(added, LARGEST_ADDED))))
 
         by_law: dict[str, Required] = {}
         for label in self.each_law(furthest):
             row: dict[str, float | None] = {}
             least = 0.0
             for name, found in reach.items():
-                answers: dict[float, float] = {}
-                start, required = asked(label, found.scruton_number if found else furthest)
-                while start not in answers:
-                    added = required[name]
-                    answers[start] = np.inf if added is None else added
-                    there = draws.scruton_number(min(answers[start], LARGEST_ADDED))
-                    start, required = asked(label, float(np.median(there)))
-                order = list(answers)
-                least = max([least, *(answers[one] for one in order[order.index(start) :])])
+                near = found.scruton_number if found else furthest
+                least = max(least, *_sent_on(partial(answer, label, name), near).values())
                 row[name] = least if np.isfinite(least) else None
             by_law[label] = row
         return by_law
+
+
+def _sent_on(answer: Callable[[float], tuple[float, float, float]], near: float) -> dict[float, float]:
+    """Added damping by the Scruton number of the test that a law starts from, of the tests that send to one another.
+
+    `answer` tells both from the test nearest to a Scruton number, and the Scruton number with that damping: there
+    another test may be nearer.  One test alone where it is its own nearest.
+    """
+    answers: dict[float, float] = {}
+    start, added, near = answer(near)
+    while start not in answers:
+        answers[start] = added
+        start, added, near = answer(near)
+    order = list(answers)
+    return {one: answers[one] for one in order[order.index(start) :]}
+
+
+def from_nearest_test(tree: "xr.DataTree", law_n: float, model: ModeModel, rules: Sequence[Limit]) -> ModeModel:
+    """A mode under one law, from the test that is nearest to where the smallest limit has it, at `ASKED`.
+
+    As for the laws that stand beside the required damping, where tests send to one another the largest answer counts.
+    """
+    bridge, u = model.bridge, unit_cube(_FEW, 0)
+    place = (model.mode.frequency.mean, bridge.width, bridge.depth)
+    limit = min(rule.amplitude(bridge.motion, *place) for rule in rules)
+    found: dict[float, ModeModel] = {}
+
+    def answer(near: float) -> tuple[float, float, float]:
+        laws = law_curves(tree, law_n=law_n, near=near)
+        found[laws.reference] = replace(model, laws=laws)
+        draws = found[laws.reference].draws(u)
+        asks = required_of(draws.needed(limit))[ASKED]
+        added = np.inf if asks is None else asks
+        return laws.reference, added, float(np.median(draws.scruton_number(min(added, LARGEST_ADDED))))
+
+    answers = _sent_on(answer, float(np.median(model.draws(u).scruton_number(0.0))))
+    return found[max(answers, key=answers.__getitem__)]
 
 
 def required_of(needed: FloatArray) -> dict[str, float | None]:

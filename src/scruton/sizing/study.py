@@ -15,14 +15,14 @@ from scruton.griffin.curves import law_curves, what_if
 from scruton.griffin.discrepancy import one_rig, with_discrepancy
 from scruton.griffin.posterior import chosen_rig, motion_of, rig_mass_damping_draws
 from scruton.griffin.predict import prior_speaks, unsettled_laws
-from scruton.infer.joint import curve_remark, unconverged
+from scruton.infer.joint import curve_remark, doubted_remark, unconverged
 from scruton.infer.results import TRIAL
 from scruton.infer.store import provenance_of
 from scruton.progress import Progress
 from scruton.provenance import provenance
 from scruton.said import key, parts_of, said
 from scruton.sizing.bridge import Bridge
-from scruton.sizing.checks import ASKED, Evidence
+from scruton.sizing.checks import ASKED, Evidence, from_nearest_test
 from scruton.sizing.damper_request import RiskOf
 from scruton.sizing.damper_table import damper_table
 from scruton.sizing.dampers import damper, struck_flag, withheld
@@ -219,7 +219,7 @@ def part_of(
         raise InputError("sizing", "limits", "no limit", 'at least one, such as --limit jtg or limits = ["jtg"]')
     if bridge.motion is not motion_of(tree):
         raise InputError("bridge", "motion", bridge.motion.value, f"{motion_of(tree).value}, that of the section model")
-    said = (*prior_speaks(tree), *curve_remark(tree))
+    said = (*prior_speaks(tree), *curve_remark(tree), *doubted_remark(tree))
     tree = built_on(tree)
     laws = law_curves(tree, law_n=law_n)
     said += unsettled_laws(tree, dict(zip(laws.labels, laws.weights.tolist(), strict=True)))
@@ -232,6 +232,8 @@ def part_of(
                 "a place where every mode moves; left out, each mode's dampers stand where it is largest",
             )  # fmt: skip
     remarks = [*aside(tree), *what_if(tree, law_n), *said]
+    if law_n is not None and what_if(tree, law_n):
+        models = tuple(from_nearest_test(tree, law_n, model, rules) for model in models)
     if law_n is not None and "effect" in tree:
         remarks.append(f"the fit carries {tree['effect'].attrs['effect']}; under one law alone it is left out")
     return Part(tree, bridge, rules, models, tuple(untrusted(tree)), tuple(remarks), law_n=law_n)

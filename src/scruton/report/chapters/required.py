@@ -21,7 +21,7 @@ def required_tables(content: Content, of: Notation) -> Iterator[Table]:
     """What each required damping is held against, a table a mode and limit: every law, no law, and what was tested."""
     for k, mode in enumerate(content["modes"], 1):
         for j, limit in enumerate(mode["limits"], 1):
-            rows, against = _required_rows(limit, of), limit["rule"] if of.plain else limit_text(limit)
+            rows, against = _required_rows(limit, content, of), limit["rule"] if of.plain else limit_text(limit)
             if any(cell not in ("none", "") for _, *cells in rows for cell in cells):
                 yield Table(
                     f"required_by_law_{k}_{j}",
@@ -35,14 +35,15 @@ def required_tables(content: Content, of: Notation) -> Iterator[Table]:
                 )
 
 
-def _required_rows(limit: Content, of: Notation) -> list[tuple[str, ...]]:
+def _required_rows(limit: Content, content: Content, of: Notation) -> list[tuple[str, ...]]:
     """Label, and the required damping by confidence: as weighed, under each law, without a law, by hand, one rig."""
     errors = limit.get("required_mcse", {})  # under one law the draws are as many, and the error is about as large
 
     def row(label: str, required: Content) -> tuple[str, ...]:
         return label, *(required_damping(required[p], of, errors.get(p)) for p in CONFIDENCES)
 
-    rows = [row("laws as weighed", limit["required"])]
+    alone = content.get("provenance", {}).get("law")
+    rows = [row("laws as weighed" if alone is None else f"as asked, under n = {alone:g} alone", limit["required"])]
     for law, required in limit.get("required_by_law", {}).items():
         rows.append(row("without a law" if law == LAW_FREE else f"under {law_text(law)} alone", required))
     for tau, required in limit.get("required_at_discrepancy", {}).items():
