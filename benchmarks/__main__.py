@@ -8,6 +8,7 @@ from importlib.metadata import version
 
 TITLES = {
     "startup": "Start",
+    "commands": "Whole commands on the shipped example, processor seconds",
     "fit": "One test of 120 cycles: envelope to converged posterior, compiled beforehand",
     "campaign": "Three rigs, 18 records, about 2,000 cycles: the hierarchical posterior, laws weighed",
     "samplers": "Other samplers on the same posterior",

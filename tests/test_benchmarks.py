@@ -1,8 +1,9 @@
 """The benchmarks run, and the likelihood that the peers are given is ours, with its true gradient."""
 
 import numpy as np
+import pytest
 
-from benchmarks import fit, front_end, likelihood, peers, problem
+from benchmarks import commands, fit, front_end, likelihood, peers, problem
 from benchmarks.result import Figure
 
 
@@ -54,3 +55,11 @@ def test_a_missed_limit_is_said():
     assert "MISSED" in str(Figure("time", 2.0, "s", 1.0))
     assert "MISSED" in str(Figure("ratio", 2.0, "times", 10.0, at_least=True))
     assert "MISSED" not in str(Figure("time", 0.5, "s", 1.0))
+
+
+def test_a_command_that_is_measured_ran_and_one_that_broke_ends_the_benchmark():
+    seconds, memory = commands.spent("models")
+    assert seconds > 0.1
+    assert memory > 10.0
+    with pytest.raises(SystemExit, match="ended with 2"):
+        commands.spent("check", "no such campaign")

@@ -314,6 +314,25 @@ def test_weights_that_have_nothing_to_do_with_a_parameter_do_not_move_it(rng: np
     assert sensitivity.beyond_chance(draws, related) == pytest.approx(raw, rel=0.05)
 
 
+def test_how_far_draws_move_is_arvizs_number(rng: np.random.Generator) -> None:
+    from arviz_stats.base import array_stats
+
+    lower, upper = sensitivity.ALPHAS
+    for _ in range(10):
+        draws = rng.standard_normal(700) + 1.5
+        weights = sensitivity.scaled_weights(rng.uniform(0.1, 3.0) * draws**2 + rng.standard_normal(700))
+        assert weights is not None
+        told = array_stats.power_scale_sense(
+            draws[None],
+            *(one[None] for one in weights),
+            lower_alpha=lower,
+            upper_alpha=upper,
+            chain_axis=0,
+            draw_axis=1,
+        )
+        assert sensitivity.sensitivity(draws, weights) == pytest.approx(float(told), rel=1e-9)
+
+
 def test_a_record_that_says_nearly_everything_is_not_reweighted_away(rng: np.random.Generator) -> None:
     x = 0.1 * rng.standard_normal(1000)
     (found,) = sensitivity.left_out("r", stats.norm.logpdf(x, 0.0, 0.1), {"a_star": x})

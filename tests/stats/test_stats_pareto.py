@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from arviz_stats.base import array_stats
 
-from scruton.stats.pareto import FEWEST, tail_shape
+from scruton.stats.pareto import FEWEST, scaled, smoothed, tail_shape
 
 
 def heavy(rng, size):
@@ -26,6 +26,29 @@ def test_the_shape_of_a_tail_is_arvizs(weights, size):
     for _ in range(20):
         drawn = weights(rng, size)
         assert tail_shape(drawn) == pytest.approx(float(array_stats.psislw(-drawn)[1]), rel=1e-9, nan_ok=True)
+
+
+@pytest.mark.parametrize("weights", [heavy, wide, bounded])
+@pytest.mark.parametrize("size", [FEWEST, 130, 600, 4096])
+def test_smoothed_weights_are_arvizs(weights, size):
+    rng = np.random.default_rng(size)
+    for _ in range(10):
+        drawn = weights(rng, size)
+        found, shape = smoothed(drawn)
+        told, told_shape = array_stats.psislw(-drawn)
+        np.testing.assert_allclose(found, told, rtol=1e-9, atol=1e-9)
+        assert shape == pytest.approx(float(told_shape), rel=1e-9, nan_ok=True)
+        for alpha in (0.99, 1.01):
+            np.testing.assert_allclose(
+                scaled(drawn, alpha), array_stats.power_scale_lw(drawn, alpha=alpha), rtol=1e-9, atol=1e-9
+            )
+
+
+def test_weights_without_a_tail_are_not_smoothed():
+    with pytest.raises(ValueError, match="without any spread"):
+        smoothed(np.zeros(1000))
+    with pytest.raises(ValueError, match="too few"):
+        smoothed(np.arange(20.0))
 
 
 def test_a_known_tail_is_found():

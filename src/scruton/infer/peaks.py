@@ -19,6 +19,7 @@ from scruton.infer.sampling import Asked, ExcludedByPriorsError, Sampling, kept_
 from scruton.infer.thresholds import CARRIES, DEPARTS, DISPLACED, HOPELESS, LAWS_SHARE_ALONE, LAWS_SHARE_DOUBTED
 from scruton.stats.evidence import evidence_by_importance, log_evidence
 from scruton.stats.optimum import laplace_log_evidence
+from scruton.stats.pareto import smoothed
 from scruton.stats.stacking import posterior_weights, stacking_weights
 from scruton.stats.student_t import fit_student_t
 
@@ -214,13 +215,11 @@ def foretold(law: LawResult) -> float:
     weights smoothed (Vehtari et al., JMLR 25, 2024).  The shapes of the transients, which a departure from the law can
     mend, have no say.
     """
-    from arviz_stats.base import array_stats
-
     total = 0.0
     for density in law.posterior.amplitude_density(end_to_end(law.samples.chain)).T:
         log_weights = -density
         with contextlib.suppress(ValueError):  # a tail without any spread: unsmoothed weights are as good
-            log_weights, _ = array_stats.psislw(density, axis=-1)
+            log_weights, _ = smoothed(-density)
         total += float(logsumexp(log_weights + density) - logsumexp(log_weights))
     return total
 

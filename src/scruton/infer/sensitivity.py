@@ -20,6 +20,7 @@ from scruton.infer.joint import FORCES
 from scruton.infer.models import NOISE
 from scruton.infer.result_schema import EXAMINED_LIKELIHOOD
 from scruton.infer.thresholds import BARELY_MOVED, NOT_MOVED, SENSITIVE, TRUSTED_KHAT
+from scruton.stats import pareto
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -195,8 +196,6 @@ def scaled_weights(log_density: FloatArray, *, tail: bool = True) -> tuple[Float
 
     A density of a few values, such as that of laws, has no `tail` to smooth.
     """
-    from arviz_stats.base import array_stats
-
     if not np.isfinite(log_density).all():
         return (np.full_like(log_density, np.nan),) * 2
     if float(np.ptp(log_density)) <= 1e-10 * max(1.0, float(np.abs(log_density).max())):
@@ -205,7 +204,7 @@ def scaled_weights(log_density: FloatArray, *, tail: bool = True) -> tuple[Float
     for alpha in ALPHAS:
         log_weights = (alpha - 1.0) * log_density
         with suppress(ValueError):  # tails without any spread: unsmoothed weights are as good
-            log_weights = np.asarray(array_stats.power_scale_lw(log_density, alpha=alpha)) if tail else log_weights
+            log_weights = pareto.scaled(log_density, alpha) if tail else log_weights
         weights = np.exp(log_weights - log_weights.max())
         pair.append(weights / weights.sum())
     return pair[0], pair[1]
@@ -213,22 +212,48 @@ def scaled_weights(log_density: FloatArray, *, tail: bool = True) -> tuple[Float
 
 def sensitivity(draws: FloatArray, weights: tuple[FloatArray, FloatArray] | None) -> float:
     """Cumulative Jensen-Shannon distance that the draws move per doubling of the power; 0 for a flat factor."""
-    from arviz_stats.base import array_stats
-
     if weights is None or float(np.ptp(draws)) == 0.0:
         return 0.0
-    lower, upper = weights
-    value = array_stats.power_scale_sense(
-        draws[None], lower[None], upper[None], lower_alpha=ALPHAS[0], upper_alpha=ALPHAS[1], chain_axis=0, draw_axis=1
-    )
-    return float(value)
+    order = np.argsort(draws)
+    return _sensitivity(np.diff(draws[order]), np.stack(weights)[:, order])
+
+
+def _sensitivity(steps: FloatArray, weights: FloatArray) -> float:
+    """`sensitivity` from the steps between ordered draws, (N - 1,), and their weights, (2, N)."""
+    distance = _moved_by(steps, weights)
+    return float(0.5 * (distance[1] / np.log2(ALPHAS[1]) - distance[0] / np.log2(ALPHAS[0])))
+
+
+def _moved_by(steps: FloatArray, weights: FloatArray) -> FloatArray:
+    """Cumulative Jensen-Shannon distance of weighted draws from the same unweighted, the larger of both directions."""
+    n = weights.shape[1]
+    p = np.linspace(1.0 / n, 1.0 - 1.0 / n, n - 1)
+    q = np.cumsum(weights / weights.sum(axis=1, keepdims=True), axis=1)[:, :-1]
+    squares = []
+    for a, b in ((p, q), (1.0 - p, 1.0 - q)):  # from below, and from above
+        middle, log_a, log_b = (
+            np.log2(x, out=np.zeros_like(x), where=x > 0.0) for x in (0.5 * (a + b), np.asarray(a), np.asarray(b))
+        )
+        of_a, of_b = float(a @ steps), b @ steps
+        excess = (of_b - of_a) * (0.5 / np.log(2.0))
+        there = np.maximum((a * (log_a - middle)) @ steps + excess, 0.0)
+        back = np.maximum((b * (log_b - middle)) @ steps - excess, 0.0)
+        squares.append((there + back) / (of_a + of_b))
+    return np.asarray(np.sqrt(np.maximum(*squares)))
 
 
 def beyond_chance(draws: FloatArray, weights: tuple[FloatArray, FloatArray] | None) -> float:
     """`sensitivity` less, in quadrature, what the same weights give in any other order: so many draws tell no less."""
-    rng = np.random.default_rng(0)
-    chance = [sensitivity(rng.permutation(draws), weights) for _ in range(_ORDERS)]
-    return float(np.sqrt(np.maximum(sensitivity(draws, weights) ** 2 - np.mean(np.square(chance)), 0.0)))
+    if weights is None or float(np.ptp(draws)) == 0.0:
+        return 0.0
+    rng, order, both = np.random.default_rng(0), np.argsort(draws), np.stack(weights)
+    steps, place = np.diff(draws[order]), np.empty(draws.size, dtype=np.intp)
+    chance = []
+    for _ in range(_ORDERS):
+        place[rng.permutation(draws.size)] = np.arange(draws.size)  # where each draw is put
+        chance.append(_sensitivity(steps, both[:, place[order]]))
+    found = _sensitivity(steps, both[:, order])
+    return float(np.sqrt(np.maximum(found**2 - np.mean(np.square(chance)), 0.0)))
 
 
 def identifiability(tree: "xr.DataTree") -> tuple[Moved, ...]:
@@ -323,10 +348,8 @@ def influences(tree: "xr.DataTree") -> tuple[Influence, ...]:
 
 def left_out(record: str, log_density: FloatArray, draws: Mapping[str, FloatArray]) -> list[Influence]:
     """Move of every parameter when the factor with this log density, (S,), is taken out of the posterior."""
-    from arviz_stats.base import array_stats
-
     try:
-        log_weights, khat = array_stats.psislw(log_density, axis=-1)
+        log_weights, khat = pareto.smoothed(-log_density)
     except ValueError:  # a tail of one draw, many times over: no weight of it can be trusted
         log_weights, khat = -log_density, np.inf
     weights = np.exp(np.asarray(log_weights) - np.max(log_weights))
