@@ -11,6 +11,7 @@ from benchmarks import problem
 from benchmarks.result import Figure
 from scruton.infer.cards import load_card
 from scruton.infer.fit import assemble, envelope, fit_campaign, fit_rig, fit_test
+from scruton.infer.models import WindPosterior
 from scruton.infer.results import Sampled
 from scruton.infer.sampling import Sampling
 
@@ -19,21 +20,27 @@ REPEATS = 9
 
 @contextmanager
 def emcee_calls() -> Iterator[list[tuple[int, float]]]:
-    """List the steps and the CPU seconds of every call of emcee while it lasts."""
+    """List the likelihoods and the CPU seconds of every call of emcee while it lasts."""
     calls: list[tuple[int, float]] = []
-    original = emcee.EnsembleSampler.run_mcmc
+    original, likelihood = emcee.EnsembleSampler.run_mcmc, WindPosterior.log_likelihood
+    asked = 0
+
+    def counted(self, u):  # type: ignore[no-untyped-def]
+        nonlocal asked
+        asked += len(u)
+        return likelihood(self, u)
 
     def timed(self, state, steps, **options):  # type: ignore[no-untyped-def]
-        start = time.process_time()
+        start, before = time.process_time(), asked
         last = original(self, state, steps, **options)
-        calls.append((steps, time.process_time() - start))
+        calls.append((asked - before, time.process_time() - start))
         return last
 
-    emcee.EnsembleSampler.run_mcmc = timed
+    emcee.EnsembleSampler.run_mcmc, WindPosterior.log_likelihood = timed, counted  # type: ignore[method-assign]
     try:
         yield calls
     finally:
-        emcee.EnsembleSampler.run_mcmc = original
+        emcee.EnsembleSampler.run_mcmc, WindPosterior.log_likelihood = original, likelihood  # type: ignore[method-assign]
 
 
 def run() -> list[Figure]:

@@ -86,8 +86,13 @@ def value_and_gradient(y, se, period, theta, p0):  # type: ignore[no-untyped-def
     return value, np.array([g_a, g_l, g_q, g_r])
 
 
-def nutpie_sampler(posterior: WindPosterior, gradient: str = "by hand") -> Callable[[int, int, int], FloatArray]:
-    """Compile the posterior for nutpie; the function returned takes (tune, draws, seed), gives (chains, draws, d)."""
+def nutpie_sampler(
+    posterior: WindPosterior, gradient: str = "by hand"
+) -> Callable[[int, int, int], tuple[FloatArray, int]]:
+    """Compile the posterior for nutpie; the function returned takes (tune, draws, seed).
+
+    It gives (chains, draws, d), and how often the likelihood was asked for with its gradient for these draws.
+    """
     import nutpie
     import pymc as pm
     import pytensor.tensor as pt
@@ -102,12 +107,12 @@ def nutpie_sampler(posterior: WindPosterior, gradient: str = "by hand") -> Calla
         pm.Potential("negative Y1", pt.switch(u[1] > u[4], 0.0, -np.inf))
     compiled = nutpie.compile_pymc_model(model)
 
-    def run(tune: int, draws: int, seed: int) -> FloatArray:
+    def run(tune: int, draws: int, seed: int) -> tuple[FloatArray, int]:
         tree = nutpie.sample(
             compiled, tune=tune, draws=draws, chains=4, cores=1, seed=seed, progress_bar=False, save_warmup=False
         )
         chain: FloatArray = tree["posterior"]["u"].values
-        return chain
+        return chain, int(tree["sample_stats"]["n_steps"].sum())
 
     return run
 
