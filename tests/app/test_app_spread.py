@@ -1,8 +1,9 @@
-"""`calibrate`, `challenge`, `validate` on a Dask scheduler: two processes, one of them killed, and the bytes of one."""
+"""Verbs on a Dask scheduler: two worker processes, one of them killed, and the bytes of one process."""
 
 import json
 import os
 import signal
+import threading
 import time
 from contextlib import contextmanager
 from hashlib import sha256
@@ -160,3 +161,28 @@ def test_a_scheduler_that_none_answers_at_is_refused_before_any_work(words, tmp_
     assert main([*asked, "--tls-ca", "ca.pem"]) == 2
     assert "--tls-ca: found no --scheduler" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+def test_a_batch_is_the_same_when_a_worker_is_killed(tmp_path):
+    (tmp_path / "quick.toml").write_text(QUICK, encoding="utf-8")
+    campaigns = [str(campaign(tmp_path / f"c{k}", 1, 2, k)) for k in range(1, 5)]
+    words = ["batch", *campaigns, "--model", str(tmp_path / "quick.toml"), "--seed", "3", "--quiet"]
+    assert main([*words, "-o", str(tmp_path / "one")]) in (0, 1)
+    with scheduler() as client:
+        killer = Killer(client)
+
+        def kill_once_one_is_done():
+            while not list((tmp_path / "two").rglob("posterior.nc")):
+                time.sleep(0.05)
+            killer("batch", 0.5)
+
+        watching = threading.Thread(target=kill_once_one_is_done, daemon=True)
+        watching.start()
+        assert main([*words, "-o", str(tmp_path / "two"), "--scheduler", killer.address]) in (0, 1)
+        watching.join(1.0)
+        assert killer.killed
+    fitted = {name: found for name, found in files(tmp_path / "one").items() if name.endswith("posterior.nc")}
+    assert len(fitted) == 4
+    again = files(tmp_path / "two")
+    assert {name: again[name] for name in fitted} == fitted
