@@ -394,3 +394,14 @@ def summary_of(campaign: Campaign, groups: dict[str, xr.Dataset], law_n: float) 
     }  # fmt: skip
     columns = {one.name: [row[one.name] for row in rows] for one in SCHEMA["convergence"]}
     return summary, dataset("convergence", columns)
+
+
+def led_by(fit: Fit, **weights: float) -> Fit:
+    """The fit with the weights of laws that were sampled as stated, `paper` for n = -1 and `gompertz` for n = 0."""
+    of = {"n=-1": weights.get("paper", 0.0), "n=0": weights.get("gompertz", 0.0)}
+    laws = fit.tree["laws"].to_dataset()
+    tree = fit.tree.copy()
+    tree["laws"] = xr.DataTree(laws.assign(weight=("law", [of.get(str(law), 0.0) for law in laws["law"].to_numpy()])))
+    entries = {label: law | {"weight": of.get(label, 0.0)} for label, law in fit.summary["laws"]["weights"].items()}
+    said = {"flag": False, "forces_hold": of["n=-1"] > 0.0, "weights": entries}
+    return replace(fit, tree=tree, summary=fit.summary | {"laws": said})

@@ -8,7 +8,8 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Motion
-from scruton.griffin.bands import band, griffin_band, index_draws
+from scruton.griffin import shared_curve
+from scruton.griffin.bands import band, griffin_band
 from scruton.griffin.coverage import coverage_of
 from scruton.griffin.posterior import peak_names, unit_of
 from scruton.griffin.predict import predictive_draws
@@ -115,8 +116,8 @@ def _reach(fit: "Fit", grid: FloatArray, amplitude: FloatArray) -> list[dict[str
     """How far from the tests every point of a grid of Scruton numbers lies: x of the nearest, and tests that saw it."""
     tree = fit.tree
     coverage, names = coverage_of(tree), peak_names(tree)
-    every = np.array([np.median(index_draws(tree, grid, name), axis=0) for name in names])
-    nearest = every[np.abs(every).argmin(axis=0), np.arange(grid.size)]
+    curve = shared_curve(tree, seed=int(fit.summary["provenance"]["seed"]))
+    nearest = np.array([curve.index_of_nearest(float(sc)) for sc in grid])
     seen = [coverage.tests_at(float(one)) if np.isfinite(one) and one > 0.0 else None for one in amplitude]
     return [
         {"symbol": "extrapolation index x", "values": _list(nearest), "digits": 2},

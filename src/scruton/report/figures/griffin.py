@@ -11,7 +11,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.griffin import predictive_draws, shared_curve, single_draws
-from scruton.griffin.bands import GriffinBand, band, griffin_band, griffin_draws, index_draws
+from scruton.griffin.bands import GriffinBand, band, griffin_band, griffin_draws, predicting_index
 from scruton.griffin.lock_in import LockInBand, has_speeds, lock_in_band
 from scruton.griffin.posterior import mass_damping_draws, peak_names, printed_draws, test_names, unit_of
 from scruton.griffin.thresholds import X_TRUSTED
@@ -148,7 +148,7 @@ def reciprocal_against_damping(fit: Fit) -> FigureWithCaption:
     shown, curves = shown_in(DAMPING)[0] * ratio, []
     for name in tests:
         sc = factor[name][:, None] * ratio
-        beyond = np.abs(np.median(index_draws(tree, sc, name), axis=0)) > X_TRUSTED
+        beyond = np.abs(predicting_index(tree, np.median(sc, axis=0), name)) > X_TRUSTED
         curve = griffin_axes.as_shown(band(ratio, griffin_draws(tree, sc, name), unit, name, beyond).reciprocal())
         curves.append(replace(curve, scruton_number=shown))  # whose axis is that of damping here
     drawing, axes = style.alone(80.0)
