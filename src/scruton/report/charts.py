@@ -25,6 +25,7 @@ from scruton.report.conventions import (
 )
 from scruton.report.figures.griffin_axes import as_shown, factors, front_ends, sc_range, test_points, thinned_curve
 from scruton.report.needs import Content, governing, required_of, worst
+from scruton.report.summaries import law_of_tests
 from scruton.report.thresholds import MOST_BANDS
 from scruton.report.wording import limit_text, number, unit_text
 
@@ -91,7 +92,8 @@ def _griffin_chart(fit: "Fit", design: "Sequence[Prediction]") -> dict[str, Any]
         "name": "Griffin plot",
         "per": [times, scale],
         "key": "The Griffin plot to be read off. Black line: predictive median of all peak tests; grey: its 50 and "
-        "90 % intervals; coloured: each test alone; dotted: Eqs. (2) to (8); red: the number chosen. "
+        f"90 % intervals; coloured: each test alone, by {law_of_tests(fit.summary)}; dotted: Eqs. (2) to (8); "
+        "red: the number chosen. "
         + " ".join(words for tone, words in _POINTS_OF.items() if tone in {point["tone"] for point in points}),
         "x": {
             "label": "Scruton number Sc", "min": 0.0, "max": _round(times * upper), "start": _round(start),

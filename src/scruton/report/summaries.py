@@ -18,7 +18,7 @@ from scruton.report.conventions import (
 )
 from scruton.report.document import Block, Table, paragraph
 from scruton.report.thresholds import SHARE_SHOWN
-from scruton.report.wording import TERMINAL, Notation
+from scruton.report.wording import TERMINAL, Notation, law_text, share
 
 if TYPE_CHECKING:
     from scruton.griffin import Prediction
@@ -106,6 +106,29 @@ def model_printed(summary: Mapping[str, Any]) -> str:
     others = len(summary["tests"]) - len(peaks)
     words = f"Peak tests ({', '.join(peaks)}): the joint posterior that predicts, {', '.join(shares)}."
     return words + (" Other tests: each by its own records, under the reference law." if others else "")
+
+
+def law_of_tests(summary: Mapping[str, Any]) -> str:
+    """The law that single tests were sampled under, in words, with its weight where several are weighed."""
+    label, weights = _reference(summary), summary["laws"].get("weights", {})
+    words = f"the law {law_text(label)}"
+    if label not in weights or len(weights) < 2:
+        return words
+    leads = max(weights, key=lambda law: float(weights[law]["weight"]))
+    words += f" ({share(weights[label]['weight'])} of the weight in predictions"
+    return f"{words})" if leads == label else f"{words}; {law_text(leads)} has {share(weights[leads]['weight'])})"
+
+
+def law_of_tests_leads(summary: Mapping[str, Any]) -> bool:
+    """Whether no law has more weight in predictions than the one that single tests were sampled under."""
+    weights = {label: float(law["weight"]) for label, law in summary["laws"].get("weights", {}).items()}
+    return weights.get(_reference(summary), 1.0) >= max(weights.values(), default=0.0)
+
+
+def _reference(summary: Mapping[str, Any]) -> str:
+    """Label of the law that single tests were sampled under: the card's first."""
+    n = summary["law_n"]
+    return "n free" if n is None or np.isnan(n) else f"n={n:g}"
 
 
 def prediction_summary(predictions: "Sequence[Prediction]", summary: dict[str, Any]) -> list[Block]:

@@ -10,7 +10,15 @@ from scruton.report.conventions import damping, damping_symbol, parameter_unit, 
 from scruton.report.document import CAUTION, Block, Callout, Equation, Heading, Table, paragraph
 from scruton.report.equations import AERODYNAMIC, RECIPROCAL
 from scruton.report.maths import row
-from scruton.report.summaries import covered, forces_hold, model_printed, monte_carlo, stated_discrepancies
+from scruton.report.summaries import (
+    covered,
+    forces_hold,
+    law_of_tests,
+    law_of_tests_leads,
+    model_printed,
+    monte_carlo,
+    stated_discrepancies,
+)
 from scruton.report.tables import unit_of
 from scruton.report.wording import PAGE, Notation, estimate, law_text, number, stated, unit_text
 
@@ -20,6 +28,10 @@ if TYPE_CHECKING:
 _BY_TEST = (
     "One transient at one Scruton number holds a whole Griffin plot: each test’s own, without the records of the "
     "others, foretells where their stable amplitudes lie."
+)
+_NOT_LED = (
+    "What each test’s records alone say by {}. Another law leads in predictions: these plots are no evidence that one "
+    "transient holds the whole."
 )
 # What predictions may follow, in words.
 SOURCES = {"tau": "discrepancy of the amplitude τ", "kappa": "discrepancy of the relaxation κ"}
@@ -50,9 +62,11 @@ def griffin_chapter(material: Material) -> Iterator[Block]:
     apart = (*laws, *by_test, *lock_in, *first)
     yield from (picture for picture in material.of("griffin-plot") if picture not in apart)
     weights = _law_table(material)
+    summary = material.fit.summary
+    said = _BY_TEST if law_of_tests_leads(summary) else _NOT_LED.format(law_of_tests(summary))
     below: dict[str, Sequence[Block]] = {
         "The law of aerodynamic damping": [*([weights] if weights.rows else []), *_exponent(material), *laws],
-        "From one test at a time": [paragraph(_BY_TEST), *by_test] if by_test else [],
+        "From one test at a time": [paragraph(said), *by_test] if by_test else [],
         "Amplitude against wind speed": [paragraph(_LOCK_IN), *lock_in] if lock_in else [],
     }
     for heading, blocks in below.items():

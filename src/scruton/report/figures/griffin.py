@@ -27,6 +27,7 @@ from scruton.report.conventions import (
 )
 from scruton.report.figures import FigureWithCaption, figure, griffin_axes, style
 from scruton.report.figures.damping import tests_with_transients
+from scruton.report.summaries import law_of_tests, law_of_tests_leads
 from scruton.report.thresholds import MOST_RIG_BANDS, PANELS_A_PAGE, SCRUTON_NUMBERS_APART, SPEEDS_APART
 from scruton.sizing.codes import comparisons
 
@@ -76,8 +77,9 @@ def _plot(fit: Fit, *, reciprocal: bool) -> FigureWithCaption:
     discrepancy = float(np.median(shared_curve(tree, seed=_seed(fit)).discrepancy))
     return FigureWithCaption(
         drawing,
-        caption=f"{what} against the Scruton number, {figures}. Coloured: what each peak test's records alone predict, "
-        "median with 50 and 90 % credible bands, thin beyond an extrapolation index of 0.3. Grey: 90 % predictive band "
+        caption=f"{what} against the Scruton number, {figures}. Coloured: what each peak test's records alone predict "
+        f"by {law_of_tests(fit.summary)}, median with 50 and 90 % credible bands, thin beyond an extrapolation index "
+        "of 0.3. Grey: 90 % predictive band "
         "of all peak tests together, laws weighed and, away from the tests, led by the damping that the transients "
         f"show, for a setting that lies {discrepancy:.0%} off their curve. Dotted: "
         "the deterministic procedure of Eqs. (2) to (8). "
@@ -131,10 +133,15 @@ def griffin_by_test(fit: Fit) -> Iterable[FigureWithCaption]:
         style.below(drawing, panels)
         yield FigureWithCaption(
             drawing,
-            caption="The Griffin plot from one test at a time: 50 and 90 % credible bands of that test's curve, the "
-            "90 % predictive band with the discrepancy between settings, the deterministic curve of its records "
-            "(dotted), and the points of every test. A test that predicts the others' points within the grey band "
-            "bears the self-similarity out.",
+            caption="The Griffin plot from one test at a time: 50 and 90 % credible bands of that test's curve by "
+            f"{law_of_tests(fit.summary)}, the 90 % predictive band with the discrepancy between settings, the "
+            "deterministic curve of its records (dotted), and the points of every test. "
+            + (
+                "A test that predicts the others' points within the grey band bears the self-similarity out."
+                if law_of_tests_leads(fit.summary)
+                else "That law does not lead, and under others no test was sampled by itself: whether a test predicts "
+                "the others' points here says nothing of them."
+            ),
             alt=_alt(fit, page, "Stable amplitude from one test at a time"),
         )
 
@@ -161,8 +168,9 @@ def reciprocal_against_damping(fit: Fit) -> FigureWithCaption:
     return FigureWithCaption(
         drawing,
         caption=f"Reciprocal stable amplitude against the structural {damping_words()}, for the mass and the air of "
-        "each test: median with 50 and 90 % credible bands. A straight line is what the paper's law says; a curve that "
-        "bends up at small amplitude points at dry friction in the suspension.",
+        f"each test, from its records alone by {law_of_tests(fit.summary)}: median with 50 and 90 % credible bands. "
+        "A straight line is what the paper's law says; points that bend up from it at small amplitude point at dry "
+        "friction in the suspension.",
         alt=_alt(fit, tests, "Reciprocal stable amplitude against damping ratio"),
     )
 
@@ -220,13 +228,14 @@ def law_comparison(fit: Fit) -> FigureWithCaption:
     style.below(drawing, panels)
     return FigureWithCaption(
         drawing,
-        caption="Griffin curves from the stable amplitude and the relaxation rate of one test at a time, (a) by the "
+        caption="Griffin curves from the stable amplitude and the relaxation rate of one test at a time, as its "
+        f"records alone give them under {law_of_tests(fit.summary)}, carried on (a) by the "
         "paper's law and (b) by Ehsan and Scanlan's, with 50 and 90 % credible bands; thin where the extrapolation "
         "index exceeds 0.3, beyond which laws part. Dashed: the damping that the transients show at an amplitude, "
         "without a law, with its 90 % band, as far as any transient reached. "
         + ("Points are measured." if _measured(fit) else "Points are posteriors of each test."),
-        alt="Two panels: curves of the paper's law stay near the measured points at distant Scruton numbers, those of "
-        "Ehsan and Scanlan's law fall to zero amplitude at a finite Scruton number.",
+        alt="Two panels with the points of all tests: (a) Griffin curves of each test by the paper's law, whose "
+        "amplitude falls without end, (b) by Ehsan and Scanlan's, which fall to zero at a finite Scruton number.",
     )
 
 
