@@ -402,6 +402,10 @@ def led_by(fit: Fit, **weights: float) -> Fit:
     laws = fit.tree["laws"].to_dataset()
     tree = fit.tree.copy()
     tree["laws"] = xr.DataTree(laws.assign(weight=("law", [of.get(str(law), 0.0) for law in laws["law"].to_numpy()])))
-    entries = {label: law | {"weight": of.get(label, 0.0)} for label, law in fit.summary["laws"]["weights"].items()}
-    said = {"flag": False, "forces_hold": of["n=-1"] > 0.0, "weights": entries}
-    return replace(fit, tree=tree, summary=fit.summary | {"laws": said})
+    joint, summary = joint_draws(tree), json.loads(json.dumps(fit.summary))
+    for test in summary["tests"]:
+        test["parameters"] = parameters(joint.tests[test["name"]])
+    summary["laws"]["forces_hold"] = of["n=-1"] > 0.0
+    for law, entry in summary["laws"]["weights"].items():
+        entry["weight"] = of.get(law, 0.0)
+    return replace(fit, tree=tree, summary=summary)

@@ -13,12 +13,13 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 import xarray as xr
-from fake_fit import fake_fit
+from fake_fit import ENSEMBLES, fake_fit
 from fake_parts import GAP, sizing
 
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion, TitleBlock
 from scruton.griffin import predict
+from scruton.infer.joint import joint_draws
 from scruton.report import equations
 from scruton.report.chapters import Material, compose
 from scruton.report.chapters.gap import gap_chapter
@@ -53,6 +54,7 @@ from scruton.sizing.checks import CONFIDENCES
 from scruton.sizing.existing import offers
 from scruton.sizing.limits import limit
 from scruton.sizing.study import size
+from scruton.stats.convergence import monte_carlo_error
 
 EVIL = """<script>alert('1')</script> "B/D" & 50 % #1 $x_1$ \\ ~^ {y} 矩形断面 ξₛ → λ 🌉"""
 
@@ -505,6 +507,38 @@ def test_the_gap_is_told_with_where_and_how_far_it_shrinks(three) -> None:
     assert list(gap_chapter(material(three))) == []
     for gap, words in ((GAP, "Diagnosis: The null model and the records part"), (nothing, "agree within their noise")):
         assert words in text_of(compose(material(three, gap=gap)).chapters[0].blocks)
+
+
+def test_monte_carlo_errors_stand_beside_what_a_report_prints_for_a_decision(three) -> None:
+    """Posteriors, tested Scruton numbers, predictions from others, and the first page where there is no bridge."""
+
+    def errors(one) -> list[str]:
+        return [PAGE.number(one.error(p), 2) for p in (0.5, 0.05, 0.95)]
+
+    def at_most(one) -> str:
+        ends = PAGE.number(max(one.error(0.05), one.error(0.95)), 2)
+        return f"at most {errors(one)[0]} of medians, {ends} of the ends of intervals"
+
+    one, other = (predict(three.tree, scruton_number=sc, seed=1) for sc in (30.0, 21.7))
+    content = material(
+        three, design=[one], at_tests={"Sc 21.7": other}, crossed={"Sc 1.9": one.to_json() | {"sc": 1.93}}
+    )
+    blocks = {key: chapter.blocks for key, chapter in ((one.key, one) for one in compose(content).chapters)}
+    every = [block for of in blocks.values() for block in of]
+    of_table = {block.name: block for block in every if isinstance(block, Table)}
+    assert f"Monte Carlo errors of another setting {at_most(other)}" in of_table["stable_amplitudes"].note
+    assert "Monte Carlo errors of this test at most" in of_table["stable_amplitudes"].note
+    assert f"Monte Carlo errors of predictions {at_most(one)}" in of_table["crossed"].note
+    table, draws = of_table["posterior_1"], joint_draws(three.tree).tests["Sc 1.9"]["a_star"].reshape(ENSEMBLES, -1)
+    wanted = " ".join(PAGE.number(monte_carlo_error(draws, p), 2) for p in (0.5, 0.05, 0.95))
+    assert table.header[-1] == "MC errors"
+    assert next(row for row in table.rows if row[0].startswith("stable amplitude"))[-1] == wanted
+    assert "50 % intervals at most" in table.note
+    said = text_of(compose(content).chapters[0].blocks)
+    assert f"(Monte Carlo errors {', '.join(errors(one))})" in said
+    assert f"MC errors {' '.join(errors(one))}" in said
+    said = text_of(compose(material(three)).chapters[0].blocks)
+    assert f"(Monte Carlo errors {wanted.replace(' ', ', ')})" in said, "of a peak test, where nothing is designed"
 
 
 def test_the_chart_reads_what_predict_says(three) -> None:
