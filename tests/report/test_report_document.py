@@ -25,8 +25,9 @@ from scruton.report.chapters import Material, compose
 from scruton.report.chapters.gap import gap_chapter
 from scruton.report.chapters.required import required_tables
 from scruton.report.chapters.sizing import sizing_chapter, sizing_summary
-from scruton.report.chapters.together import for_any_note
+from scruton.report.chapters.together import exceedances, for_any_note, in_percent
 from scruton.report.charts import griffin_chart, risk_chart
+from scruton.report.conventions import shown_in
 from scruton.report.document import (
     Callout,
     Chapter,
@@ -301,6 +302,28 @@ def test_the_damping_for_any_mode_says_how_far_it_lies_from_the_tests() -> None:
     place = "(Sc 35.2, x 1.4, transients of 1 of 3 tests through the limit's amplitude"
     for said in (f"V1 0.300 % {place}, far from what was tested)", f"V2 none {place})", "V3 more than can be added."):
         assert said in note, (said, note)
+
+
+def test_risks_of_any_mode_and_the_damping_for_it_have_their_monte_carlo_errors() -> None:
+    content = two_modes()
+    content["amplitude_unit"] = "m"
+    for mode in content["modes"]:
+        mode["amplitude"] = mode["amplitude"] | {"mcse": [0.0012, 0.001, 0.002]}
+        mode["shares"] = {"needed": []}
+    every = content["all_modes"]
+    every["without"] = {"each": [0.8, 0.8, 0.0], "any": 0.9123, "each_mcse": [0.003, 0.003, 0.0], "any_mcse": 0.0024}
+    every["required_for_any"] |= {"required_mcse": [2e-5, 6e-5, 0.0]}
+    blocks = {block.name: block for block in sizing_summary(content) if isinstance(block, Table)}
+    table = blocks["all_modes"]
+    assert table.rows[0] == ("as it is", "0.800", "0.800", "0.000", "0.912"), "to the digit of its error"
+    assert "of the probabilities: at most 0.3 %" in table.note
+    assert "V1 0.300 ± 0.002 %, V2 0.700 ± 0.006 %, V3 none" in table.note
+    factor, _ = shown_in("m")
+    wanted = [TERMINAL.number(factor * one, 2) for one in (0.0012, 0.002)]
+    assert f"at most {wanted[0]} of medians, {wanted[1]} of the ends" in blocks["modes"].note
+    assert exceedances(content, in_percent)[0] == ("as it is", "80.0 %", "80.0 %", "0.000 %", "91.2 %")
+    del every["without"]["each_mcse"], every["without"]["any_mcse"]
+    assert exceedances(content, in_percent)[0] == ("as it is", *map(counted, (0.8, 0.8, 0.0, 0.9123)))
 
 
 def two_modes() -> dict:

@@ -98,6 +98,8 @@ def test_the_terminal_shows_monte_carlo_errors_beside_every_median_and_interval(
         assert row.endswith(three_errors(joint.tests[fit.summary["tests"][0]["name"]][key]))
     row = text[text.index("Structural damping ratio") :].splitlines()[3]
     assert row.endswith(three_errors(fit.tree["rig_posterior"]["damping_ratio"].sel(rig="1#"), 100.0))
+    row = next(line for line in text.splitlines() if line.startswith("n=0 "))
+    assert row.split()[3] == TERMINAL.number(fit.summary["laws"]["weights"]["n=0"]["log_evidence_error"], 2)
     row = next(line for line in text.splitlines() if line.startswith("ln amplitude"))
     assert row.rstrip().endswith(three_errors(joint.shared["discrepancy_amplitude"]))
 

@@ -88,12 +88,13 @@ def fit_summary(fit: "Fit") -> Iterator[Block]:
         laws = [
             (
                 law, TERMINAL.number(entry["prior"]), TERMINAL.number(evidence[law] - best, 3),
+                TERMINAL.number(entry["log_evidence_error"], 2),
                 TERMINAL.number(entry["weight"], 3), TERMINAL.number(entry["stacking"], 3),
                 "" if entry["sampled"] else "not sampled",
             )
             for law, entry in weights.items()
         ]  # fmt: skip
-        header = ("law", "prior", "log evidence", "weight", "stacking", "")
+        header = ("law", "prior", "log evidence", "MC error", "weight", "stacking", "")
         note = fit.summary["laws"].get("explained", "")
         yield Table("laws", "Laws of aerodynamic damping; log evidence below the best", header, laws, note)
     shared = fit.summary["campaign"].get("parameters", {})
