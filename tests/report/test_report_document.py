@@ -564,6 +564,19 @@ def test_monte_carlo_errors_stand_beside_what_a_report_prints_for_a_decision(thr
     assert f"(Monte Carlo errors {wanted.replace(' ', ', ')})" in said, "of a peak test, where nothing is designed"
 
 
+def test_a_design_whose_amplitude_no_transient_saw_is_not_within_reach(three) -> None:
+    """As a prediction is flagged; so are modes with their required damping."""
+    near = predict(three.tree, scruton_number=25.0)
+    assert abs(near.extrapolation_index) < 0.3
+    cells = []
+    for design in (replace(near, covered_by=3), replace(near, covered_by=0)):
+        chapters = {chapter.key: chapter for chapter in compose(material(three, design=[design])).chapters}
+        (table,) = (one for one in chapters["validity"].blocks if isinstance(one, Table))
+        assert "Within reach: x is no farther from zero than 0.3, and a transient of some test" in table.note
+        cells.append(table.rows[0][-2:])
+    assert cells == [("3 of 3", "yes"), ("0 of 3", "NO")]
+
+
 def test_the_chart_reads_what_predict_says(three) -> None:
     design = [predict(three.tree, scruton_number=sc, seed=1) for sc in (30.0, 12.5)]
     data = griffin_chart(three, design)

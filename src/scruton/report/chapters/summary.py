@@ -34,7 +34,7 @@ from scruton.report.document import (
 )
 from scruton.report.errors import errors_of_rigs, errors_of_test, in_brackets
 from scruton.report.needs import Content, needs
-from scruton.report.summaries import monte_carlo, told_errors
+from scruton.report.summaries import covered, monte_carlo, told_errors
 from scruton.report.thresholds import SHARE_SHOWN, TESTS_ABREAST
 from scruton.report.wording import PAGE, estimate, how_many, law_text, number, share, stated
 
@@ -241,20 +241,22 @@ def _extrapolation(material: Material) -> Table:
     rows = []
     for design in material.design:
         indices = [design.extrapolation_indices[test] for test in tests]
-        reached = "yes" if abs(design.extrapolation_index) <= X_TRUSTED else "NO"
+        reached = abs(design.extrapolation_index) <= X_TRUSTED and design.covered_by > 0
         rows.append((
             "design", scruton(design.scruton_number, stated), *(number(index, 2) for index in indices),
-            number(design.extrapolation_index, 2), reached,
+            number(design.extrapolation_index, 2), covered(design.to_json()["amplitude_coverage"]),
+            "yes" if reached else "NO",
         ))  # fmt: skip
     for need in needs(material.sizing) if material.sizing else ():
         if need.required and (reach := need.reach):
             rows.append((
                 f"{need.name} with {damping(need.required)} added", scruton(reach["scruton_number"], digits=3),
-                *("–" for _ in tests), number(reach["extrapolation_index"], 2), "yes" if reach["trusted"] else "NO",
+                *("–" for _ in tests), number(reach["extrapolation_index"], 2),
+                covered({"tests": reach["covered_by"], "of": reach["tests"]}), "yes" if reach["trusted"] else "NO",
             ))  # fmt: skip
-    header = ["", "Sc", *(f"from {test}" for test in tests), "from nearest test", "within reach"]
-    note = "A mode with its required damping is within reach where a transient went through that amplitude, too."
+    header = ["", "Sc", *(f"from {test}" for test in tests), "from nearest test", "covered", "within reach"]
     return Table(
         "extrapolation", "Extrapolation index x of every design", header, rows,
-        note if len(rows) > len(material.design) else "",
+        "Covered: by the transients of so many peak tests. Within reach: x is no farther from zero than "
+        f"{X_TRUSTED:g}, and a transient of some test went through that amplitude, too.",
     )  # fmt: skip
