@@ -553,15 +553,15 @@ def test_monte_carlo_errors_stand_beside_what_a_report_prints_for_a_decision(thr
     assert "Monte Carlo errors of this test at most" in of_table["stable_amplitudes"].note
     assert f"Monte Carlo errors of predictions {at_most(one)}" in of_table["crossed"].note
     table, draws = of_table["posterior_1"], joint_draws(three.tree).tests["Sc 1.9"]["a_star"].reshape(ENSEMBLES, -1)
-    wanted = " ".join(PAGE.number(monte_carlo_error(draws, p), 2) for p in (0.5, 0.05, 0.95))
+    wanted = ", ".join(PAGE.number(monte_carlo_error(draws, p), 2) for p in (0.5, 0.05, 0.95))
     assert table.header[-1] == "MC errors"
     assert next(row for row in table.rows if row[0].startswith("stable amplitude"))[-1] == wanted
     assert "50 % intervals at most" in table.note
     said = text_of(compose(content).chapters[0].blocks)
     assert f"(Monte Carlo errors {', '.join(errors(one))})" in said
-    assert f"MC errors {' '.join(errors(one))}" in said
+    assert f"MC errors {', '.join(errors(one))}" in said
     said = text_of(compose(material(three)).chapters[0].blocks)
-    assert f"(Monte Carlo errors {wanted.replace(' ', ', ')})" in said, "of a peak test, where nothing is designed"
+    assert f"(Monte Carlo errors {wanted})" in said, "of a peak test, where nothing is designed"
 
 
 def test_a_design_whose_amplitude_no_transient_saw_is_not_within_reach(three) -> None:

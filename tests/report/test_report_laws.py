@@ -1,7 +1,10 @@
 """What a report shows is of the law that predicts, or says of which it is."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import xarray as xr
 from fake_fit import fake_fit, led_by
 
 from scruton.griffin import griffin_band, predict
@@ -61,6 +64,15 @@ def test_captions_name_the_law_of_single_tests_and_its_weight(three, idle) -> No
         assert "the law n = −1 (70 % of the weight in predictions)" in caption
     for caption in (*captions(idle), griffin_chart(idle)["key"]):
         assert "the law n = −1 (0 % of the weight in predictions; n = 0 has 100 %)" in caption
+
+
+def test_a_curve_without_bound_does_not_press_the_others_flat(three) -> None:
+    """One test's curve by the paper's law may have no amplitude at all where others were tested."""
+    own = three.tree["posterior"].to_dataset()
+    tree = three.tree.copy()
+    tree["posterior"] = xr.DataTree(own.assign(relaxation_scruton_number=0.95 * own["scruton_number"]))
+    (axes, _) = law_comparison(replace(three, tree=tree)).figure.axes[:2]
+    assert axes.get_ylim()[1] <= 1.3 * 2.5 * 0.06551 * 1.01
 
 
 def test_tests_under_a_law_that_does_not_lead_are_no_support_for_self_similarity(three, idle) -> None:

@@ -56,9 +56,11 @@ def errors_of_shared(tree: "xr.DataTree", names: Iterable[str]) -> dict[str, Err
     return {name: errors_of(shared[name], chains) for name in names if name in shared}
 
 
-def written(errors: Errors | None, of: Notation, factor: float = 1.0, between: str = " ") -> str:
-    """The three of them, of what is shown by a factor."""
-    return between.join(of.number(None if one is None else factor * one, 2) for one in errors or [None])
+def written(errors: Errors | None, of: Notation, factor: float = 1.0) -> str:
+    """The three of them, of what is shown by a factor; a page, which writes powers of ten, parts them by commas."""
+    return (" " if of.plain else ", ").join(
+        of.number(None if one is None else factor * one, 2) for one in errors or [None]
+    )
 
 
 def at_most(every: Iterable[Errors], of: Notation, factor: float = 1.0, what: str = "") -> str:
@@ -74,7 +76,7 @@ def at_most(every: Iterable[Errors], of: Notation, factor: float = 1.0, what: st
 def in_brackets(errors: Errors | None, of: Notation, factor: float = 1.0) -> str:
     """In a sentence, after a median and its interval; empty where they are not known."""
     known = any(errors or ())
-    return f" (Monte Carlo errors {written(errors, of, factor, ', ')})" if known else ""
+    return f" (Monte Carlo errors {written(errors, of, factor)})" if known else ""
 
 
 def _known(error: float) -> float | None:

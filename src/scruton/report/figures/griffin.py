@@ -215,8 +215,7 @@ def law_comparison(fit: Fit) -> FigureWithCaption:
     tree, limits = fit.tree, griffin_axes.sc_range(fit.tree)
     grid = np.linspace(*limits, GRID)
     bands = {n: [griffin_band(tree, grid, name, law_n=n) for name in peak_names(tree)] for n, _ in LAWS}
-    measured = [point.measured.mean for point in griffin_axes.test_points(fit) if point.measured]
-    ceiling = 1.25 * shown_in(unit_of(tree))[0] * max([*map(_highest, bands[-1.0]), *measured])
+    ceiling = _ceiling(fit, max(_highest(griffin_axes.as_shown(curve)) for curve in bands[-1.0]))
     drawing, panels = style.panels(2, height_mm=78.0, sharex=True, sharey=True)
     for axes, (n, title) in zip(panels, LAWS, strict=True):
         griffin_axes.draw_bands(axes, fit, bands[n])
