@@ -412,7 +412,7 @@ def test_the_limits_of_validity_hold_the_required_damping_and_what_the_sizing_ap
     design = [predict(fit.tree, scruton_number=15.0, seed=1)]
     rows, said = validity(fit, design, content)
     assert rows[0][0] == "design"
-    assert rows[-1] == ("mode V2 with 0.600 % added", "48.9", "–", "–", "–", "3.5", "NO")
+    assert rows[-1] == ("mode V2 with 0.600 % added", "48.9", "–", "–", "–", "3.5", "3 of 3", "NO")
     assert "details of the section are those of the tunnel" in said
     factor = {"mean": 1.0, "sd": 0.15}
     content["bridge"]["transfer"] = dict.fromkeys(("turbulence", "reynolds_number", "details"), factor) | {

@@ -57,15 +57,18 @@ def errors_of_shared(tree: "xr.DataTree", names: Iterable[str]) -> dict[str, Err
 
 
 def written(errors: Errors | None, of: Notation, factor: float = 1.0) -> str:
-    """The three of them, of what is shown by a factor; a page, which writes powers of ten, parts them by commas."""
-    return (" " if of.plain else ", ").join(
-        of.number(None if one is None else factor * one, 2) for one in errors or [None]
-    )
+    """The three of them, of what is shown by a factor; a page, which writes powers of ten, parts them by commas.
+
+    What has no spread has none.
+    """
+    if not any(errors or ()):
+        return of.missing
+    return (" " if of.plain else ", ").join(of.number(None if one is None else factor * one, 2) for one in errors or ())
 
 
 def at_most(every: Iterable[Errors], of: Notation, factor: float = 1.0, what: str = "") -> str:
     """Under a table a sentence: the largest of its medians, and of the ends of its intervals; empty without any."""
-    rows = np.array([[np.nan if one is None else factor * one for one in errors] for errors in every])
+    rows = np.array([[np.nan if one is None else factor * one for one in errors] for errors in every if errors])
     if not np.isfinite(rows).any():
         return ""
     columns = (column[np.isfinite(column)] for column in (rows[:, 0], rows[:, 1:].reshape(-1)))

@@ -202,8 +202,9 @@ def monte_carlo(amplitude: Mapping[str, Any], of: Notation) -> str:
 
 
 def told_errors(amplitude: Mapping[str, Any]) -> Errors:
-    """The same as numbers."""
-    return amplitude["mcse"]["median"], *amplitude["mcse"]["interval"]["0.90"]
+    """The same as numbers; none of an earlier version's prediction, which does not tell them."""
+    told = amplitude.get("mcse")
+    return (told["median"], *told["interval"]["0.90"]) if told else ()
 
 
 def stated_discrepancies(predictions: "Sequence[Prediction]", of: Notation) -> Table:
