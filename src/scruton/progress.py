@@ -25,6 +25,7 @@ class Bar:
     """
 
     def __init__(self, quiet: bool) -> None:
+        self.quiet = quiet
         self.shown = not quiet and sys.stderr.isatty()
         self._line: tqdm | None = None
 
@@ -55,6 +56,11 @@ class Bar:
         room = max(shutil.get_terminal_size().columns - FIXED, 10)
         said = f"{stage}{note}"
         self._line.set_description_str(said if len(said) <= room else f"{said[: room - 3]}...")
+
+    def say(self, text: str) -> None:
+        """A line of its own on standard error, whoever listens, which stays."""
+        if not self.quiet:
+            print(f"scruton: {text}", file=sys.stderr, flush=True)
 
     def end(self) -> None:
         """Take the line away: what was found follows."""

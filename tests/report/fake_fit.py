@@ -394,3 +394,18 @@ def summary_of(campaign: Campaign, groups: dict[str, xr.Dataset], law_n: float) 
     }  # fmt: skip
     columns = {one.name: [row[one.name] for row in rows] for one in SCHEMA["convergence"]}
     return summary, dataset("convergence", columns)
+
+
+def led_by(fit: Fit, **weights: float) -> Fit:
+    """The fit with the weights of laws that were sampled as stated, `paper` for n = -1 and `gompertz` for n = 0."""
+    of = {"n=-1": weights.get("paper", 0.0), "n=0": weights.get("gompertz", 0.0)}
+    laws = fit.tree["laws"].to_dataset()
+    tree = fit.tree.copy()
+    tree["laws"] = xr.DataTree(laws.assign(weight=("law", [of.get(str(law), 0.0) for law in laws["law"].to_numpy()])))
+    joint, summary = joint_draws(tree), json.loads(json.dumps(fit.summary))
+    for test in summary["tests"]:
+        test["parameters"] = parameters(joint.tests[test["name"]])
+    summary["laws"]["forces_hold"] = of["n=-1"] > 0.0
+    for law, entry in summary["laws"]["weights"].items():
+        entry["weight"] = of.get(law, 0.0)
+    return replace(fit, tree=tree, summary=summary)

@@ -2,18 +2,22 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from fake_fit import fake_fit, led_by
 from fake_parts import sizing
 
 import scruton
 from scruton.cli import main
 from scruton.errors import InputError
 from scruton.griffin.compare import ALIKE, APART, MOVED, Difference, Side
+from scruton.infer.joint import FORCES
 from scruton.infer.store import read_tree
-from scruton.report.compare import _required, _side
+from scruton.report.compare import _required, _side, compared_blocks
+from scruton.report.render_text import render_text
 from scruton.report.wording import TERMINAL
 
 
@@ -110,6 +114,28 @@ def test_another_campaign_is_apart_in_what_differs(
     assert "APART" in text
     assert "<svg" in text or "data:image/svg+xml" in text
     assert "http://" not in text.replace("http://www.w3.org", "")
+
+
+def test_parameters_of_a_law_that_does_not_hold_are_not_ranked_and_carry_a_caveat() -> None:
+    """Y1 and epsilon move most, and mean nothing where n = -1 has no weight."""
+    fits = (fake_fit(growth=False, sweeps=False), fake_fit(growth=False, sweeps=False, seed=2))
+    for second, holds in ((fits[1], True), (led_by(fits[1], gompertz=1.0), False)):
+        found = scruton.compare(fits[0], second)
+        times = dict.fromkeys(FORCES, 20.0) | {"a_star": 3.0}
+        found = replace(
+            found,
+            differences=tuple(
+                replace(one, second=replace(one.second, median=times.get(one.name, 1.0) * one.second.median))
+                for one in found.differences
+            ),
+        )
+        text = render_text(compared_blocks(found, TERMINAL), 10**6)
+        (answer,) = (line for line in text.splitlines() if "largest changes" in line)
+        assert ("Y1 of" in answer) == holds
+        assert ("Y1 and epsilon are not among them (of the law n=-1, WHICH DOES NOT HOLD IN B)" in answer) != holds
+        for name in FORCES:
+            assert (f"{name} (of the law n=-1, WHICH DOES NOT HOLD IN B)" in text) != holds
+        assert [side["forces_hold"] for side in found.to_json()["sides"]] == [True, holds]
 
 
 def test_what_has_nothing_in_common_is_refused(small_results: Path, capsys: pytest.CaptureFixture[str]) -> None:

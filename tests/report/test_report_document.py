@@ -13,19 +13,21 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 import xarray as xr
-from fake_fit import fake_fit
+from fake_fit import ENSEMBLES, fake_fit
 from fake_parts import GAP, sizing
 
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion, TitleBlock
 from scruton.griffin import predict
+from scruton.infer.joint import joint_draws
 from scruton.report import equations
 from scruton.report.chapters import Material, compose
 from scruton.report.chapters.gap import gap_chapter
 from scruton.report.chapters.required import required_tables
 from scruton.report.chapters.sizing import sizing_chapter, sizing_summary
-from scruton.report.chapters.together import for_any_note
+from scruton.report.chapters.together import exceedances, for_any_note, in_percent
 from scruton.report.charts import griffin_chart, risk_chart
+from scruton.report.conventions import shown_in
 from scruton.report.document import (
     Callout,
     Chapter,
@@ -53,6 +55,7 @@ from scruton.sizing.checks import CONFIDENCES
 from scruton.sizing.existing import offers
 from scruton.sizing.limits import limit
 from scruton.sizing.study import size
+from scruton.stats.convergence import monte_carlo_error
 
 EVIL = """<script>alert('1')</script> "B/D" & 50 % #1 $x_1$ \\ ~^ {y} 矩形断面 ξₛ → λ 🌉"""
 
@@ -301,6 +304,28 @@ def test_the_damping_for_any_mode_says_how_far_it_lies_from_the_tests() -> None:
         assert said in note, (said, note)
 
 
+def test_risks_of_any_mode_and_the_damping_for_it_have_their_monte_carlo_errors() -> None:
+    content = two_modes()
+    content["amplitude_unit"] = "m"
+    for mode in content["modes"]:
+        mode["amplitude"] = mode["amplitude"] | {"mcse": [0.0012, 0.001, 0.002]}
+        mode["shares"] = {"needed": []}
+    every = content["all_modes"]
+    every["without"] = {"each": [0.8, 0.8, 0.0], "any": 0.9123, "each_mcse": [0.003, 0.003, 0.0], "any_mcse": 0.0024}
+    every["required_for_any"] |= {"required_mcse": [2e-5, 6e-5, 0.0]}
+    blocks = {block.name: block for block in sizing_summary(content) if isinstance(block, Table)}
+    table = blocks["all_modes"]
+    assert table.rows[0] == ("as it is", "0.800", "0.800", "0.000", "0.912"), "to the digit of its error"
+    assert "of the probabilities: at most 0.3 %" in table.note
+    assert "V1 0.300 ± 0.002 %, V2 0.700 ± 0.006 %, V3 none" in table.note
+    factor, _ = shown_in("m")
+    wanted = [TERMINAL.number(factor * one, 2) for one in (0.0012, 0.002)]
+    assert f"at most {wanted[0]} of medians, {wanted[1]} of the ends" in blocks["modes"].note
+    assert exceedances(content, in_percent)[0] == ("as it is", "80.0 %", "80.0 %", "0.000 %", "91.2 %")
+    del every["without"]["each_mcse"], every["without"]["any_mcse"]
+    assert exceedances(content, in_percent)[0] == ("as it is", *map(counted, (0.8, 0.8, 0.0, 0.9123)))
+
+
 def two_modes() -> dict:
     """V2 needs most, V1 less, V3 nothing; all dampers leave less than the damping that each mode needs by itself."""
     content = sizing(modes=3)
@@ -387,7 +412,7 @@ def test_the_limits_of_validity_hold_the_required_damping_and_what_the_sizing_ap
     design = [predict(fit.tree, scruton_number=15.0, seed=1)]
     rows, said = validity(fit, design, content)
     assert rows[0][0] == "design"
-    assert rows[-1] == ("mode V2 with 0.600 % added", "48.9", "–", "–", "–", "3.5", "NO")
+    assert rows[-1] == ("mode V2 with 0.600 % added", "48.9", "–", "–", "–", "3.5", "3 of 3", "NO")
     assert "details of the section are those of the tunnel" in said
     factor = {"mean": 1.0, "sd": 0.15}
     content["bridge"]["transfer"] = dict.fromkeys(("turbulence", "reynolds_number", "details"), factor) | {
@@ -505,6 +530,51 @@ def test_the_gap_is_told_with_where_and_how_far_it_shrinks(three) -> None:
     assert list(gap_chapter(material(three))) == []
     for gap, words in ((GAP, "Diagnosis: The null model and the records part"), (nothing, "agree within their noise")):
         assert words in text_of(compose(material(three, gap=gap)).chapters[0].blocks)
+
+
+def test_monte_carlo_errors_stand_beside_what_a_report_prints_for_a_decision(three) -> None:
+    """Posteriors, tested Scruton numbers, predictions from others, and the first page where there is no bridge."""
+
+    def errors(one) -> list[str]:
+        return [PAGE.number(one.error(p), 2) for p in (0.5, 0.05, 0.95)]
+
+    def at_most(one) -> str:
+        ends = PAGE.number(max(one.error(0.05), one.error(0.95)), 2)
+        return f"at most {errors(one)[0]} of medians, {ends} of the ends of intervals"
+
+    one, other = (predict(three.tree, scruton_number=sc, seed=1) for sc in (30.0, 21.7))
+    content = material(
+        three, design=[one], at_tests={"Sc 21.7": other}, crossed={"Sc 1.9": one.to_json() | {"sc": 1.93}}
+    )
+    blocks = {key: chapter.blocks for key, chapter in ((one.key, one) for one in compose(content).chapters)}
+    every = [block for of in blocks.values() for block in of]
+    of_table = {block.name: block for block in every if isinstance(block, Table)}
+    assert f"Monte Carlo errors of another setting {at_most(other)}" in of_table["stable_amplitudes"].note
+    assert "Monte Carlo errors of this test at most" in of_table["stable_amplitudes"].note
+    assert f"Monte Carlo errors of predictions {at_most(one)}" in of_table["crossed"].note
+    table, draws = of_table["posterior_1"], joint_draws(three.tree).tests["Sc 1.9"]["a_star"].reshape(ENSEMBLES, -1)
+    wanted = ", ".join(PAGE.number(monte_carlo_error(draws, p), 2) for p in (0.5, 0.05, 0.95))
+    assert table.header[-1] == "MC errors"
+    assert next(row for row in table.rows if row[0].startswith("stable amplitude"))[-1] == wanted
+    assert "50 % intervals at most" in table.note
+    said = text_of(compose(content).chapters[0].blocks)
+    assert f"(Monte Carlo errors {', '.join(errors(one))})" in said
+    assert f"MC errors {', '.join(errors(one))}" in said
+    said = text_of(compose(material(three)).chapters[0].blocks)
+    assert f"(Monte Carlo errors {wanted})" in said, "of a peak test, where nothing is designed"
+
+
+def test_a_design_whose_amplitude_no_transient_saw_is_not_within_reach(three) -> None:
+    """As a prediction is flagged; so are modes with their required damping."""
+    near = predict(three.tree, scruton_number=25.0)
+    assert abs(near.extrapolation_index) < 0.3
+    cells = []
+    for design in (replace(near, covered_by=3), replace(near, covered_by=0)):
+        chapters = {chapter.key: chapter for chapter in compose(material(three, design=[design])).chapters}
+        (table,) = (one for one in chapters["validity"].blocks if isinstance(one, Table))
+        assert "Within reach: x is no farther from zero than 0.3, and a transient of some test" in table.note
+        cells.append(table.rows[0][-2:])
+    assert cells == [("3 of 3", "yes"), ("0 of 3", "NO")]
 
 
 def test_the_chart_reads_what_predict_says(three) -> None:

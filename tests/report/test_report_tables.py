@@ -2,31 +2,30 @@
 
 import csv
 import io
-import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-import xarray as xr
-from fake_fit import fake_fit
+from fake_fit import ENSEMBLES, fake_fit, led_by
 
 from scruton.app.batch import Batch
 from scruton.app.batch_tables import batch_csv
 from scruton.campaign.schema import Motion
 from scruton.cells import csv_text, safe_cell
 from scruton.griffin import predict
+from scruton.griffin.validate import Validation
 from scruton.infer.cards import load_card
 from scruton.infer.joint import joint_draws
 from scruton.infer.results import Fit
-from scruton.infer.tree import parameters
 from scruton.report.document import ALARM, Callout, Listing, Picture, Table, paragraph
 from scruton.report.exports import _as_shown
 from scruton.report.render_text import render_text
-from scruton.report.summaries import fit_summary, prediction_summary
+from scruton.report.summaries import fit_summary, prediction_summary, validation_summary
 from scruton.report.tables import tables, unit_of, write_csv
 from scruton.report.wording import PAGE, TERMINAL, rounded
+from scruton.stats.convergence import monte_carlo_error
 
 
 @pytest.fixture(scope="module")
@@ -77,34 +76,40 @@ def test_predictions_are_those_of_the_json(fit, frames: dict[str, pd.DataFrame])
     assert row["unit"] == "A/D"
 
 
-def test_the_terminal_shows_gusts_and_the_monte_carlo_errors_of_medians(fit) -> None:
+def three_errors(draws, factor: float = 1.0) -> str:
+    """Those of the median and of the ends of the 90 % interval, of draws (chains, draws)."""
+    rows = np.asarray(draws).reshape(ENSEMBLES, -1)
+    return " ".join(TERMINAL.number(factor * monte_carlo_error(rows, p), 2) for p in (0.5, 0.05, 0.95))
+
+
+def test_the_terminal_shows_monte_carlo_errors_beside_every_median_and_interval(fit) -> None:
+    """Gusts and the set points of records among them."""
     text = render_text(fit_summary(fit), 80)
     assert max(map(len, text.splitlines())) <= 80
-    for key, title in (("gust_scatter", "slow gusts, scatter"), ("gust_time", "slow gusts, correlation time")):
+    joint = joint_draws(fit.tree)
+    for key, title in {
+        "a_star": "stable amplitude [A/D]",
+        "gust_scatter": "slow gusts, scatter",
+        "gust_time": "slow gusts, correlation time",
+        "set_point_scatter": "scatter of the stable amplitude from record to record",
+    }.items():
         row = text[text.index(title) :].splitlines()[3]
-        entry = fit.summary["tests"][0]["parameters"][key]
-        wanted = [*TERMINAL.spread(entry), TERMINAL.number(entry["monte_carlo_error"], 2)]
-        assert row.endswith(wanted[-1])
-        assert all(cell in row for cell in wanted), row
-        assert 0.0 < entry["monte_carlo_error"] < 0.1 * entry["sd"]
+        assert all(cell in row for cell in TERMINAL.spread(fit.summary["tests"][0]["parameters"][key])), row
+        assert row.endswith(three_errors(joint.tests[fit.summary["tests"][0]["name"]][key]))
+    row = text[text.index("Structural damping ratio") :].splitlines()[3]
+    assert row.endswith(three_errors(fit.tree["rig_posterior"]["damping_ratio"].sel(rig="1#"), 100.0))
+    row = next(line for line in text.splitlines() if line.startswith("n=0 "))
+    assert row.split()[3] == TERMINAL.number(fit.summary["laws"]["weights"]["n=0"]["log_evidence_error"], 2)
+    row = next(line for line in text.splitlines() if line.startswith("ln amplitude"))
+    assert row.rstrip().endswith(three_errors(joint.shared["discrepancy_amplitude"]))
 
 
 @pytest.fixture(scope="module")
 def against() -> Fit:
     """A fit whose reference law has no weight: n = 0 has all."""
-    fit = fake_fit(growth=False, sweeps=False, ringdowns=False)
-    laws = fit.tree["laws"].to_dataset()
-    tree = fit.tree.copy()
-    tree["laws"] = xr.DataTree(laws.assign(weight=(laws["law"] == "n=0").astype(float)))
-    joint = joint_draws(tree)
-    summary = json.loads(json.dumps(fit.summary))
-    for test in summary["tests"]:
-        test["parameters"] = parameters(joint.tests[test["name"]])
-    summary["laws"]["forces_hold"] = False
-    for law, entry in summary["laws"]["weights"].items():
-        entry["weight"] = float(law == "n=0")
-    summary["campaign"]["left_at_prior"] = ["discrepancy_amplitude"]
-    return replace(fit, tree=tree, summary=summary)
+    fit = led_by(fake_fit(growth=False, sweeps=False, ringdowns=False), gompertz=1.0)
+    fit.summary["campaign"]["left_at_prior"] = ["discrepancy_amplitude"]
+    return fit
 
 
 def test_the_terminal_says_which_model_is_printed_and_that_the_law_of_y1_does_not_hold(fit, against) -> None:
@@ -140,6 +145,20 @@ def test_predictions_print_their_monte_carlo_errors(fit) -> None:
     single = predict(alone.tree, scruton_number=30.0)
     text = render_text(prediction_summary([single], alone.summary))
     assert "with a discrepancy of 10 % and of 20 %" in text
+    for tau, draws in single.at_discrepancy.items():
+        median, *ends = map(float, three_errors(draws).split())
+        wanted = [TERMINAL.number(one, 2) for one in (median, max(ends))]
+        assert f"at {100 * tau:.0f} % at most {wanted[0]} of medians, {wanted[1]} of the ends of intervals" in text
+
+
+def test_a_validation_prints_errors_of_its_ends_and_how_far_the_test_lies(fit) -> None:
+    one = predict(fit.tree, scruton_number=30.0)
+    case = Validation("t", ("a", "b"), one, 0.02, measured=True, trusted=True)
+    text = render_text(validation_summary("title", "A/D", [case], {"0.90": 1.0}))
+    row = next(line for line in text.splitlines() if line.startswith("t "))
+    assert row.split()[-5:-1] == [TERMINAL.number(one.extrapolation_index, 2), str(one.covered_by), "of", "3"]
+    largest = TERMINAL.number(max(one.error(0.05), one.error(0.95)), 2)
+    assert f"{largest} of the ends of intervals" in text
 
 
 def test_the_weight_of_the_measured_damping_is_printed_with_that_of_the_laws(fit) -> None:

@@ -63,6 +63,37 @@ def test_the_damping_for_any_mode_keeps_its_risk_at_one_confidence_of_each():
     assert beyond.left is None
 
 
+def drawn_at_random(three, seed: int, size: int = 1 << 12):
+    """Draws of every mode at random points of the unit cube, with one section, law and coherence."""
+    rng = np.random.default_rng([seed, 4])
+    shared = rng.random((size, len(SOURCES)))
+    found = []
+    for model in three:
+        u = rng.random((size, len(SOURCES)))
+        for source in (SECTION, LAW, COHERENCE):
+            u[:, source] = shared[:, source]
+        found.append(model.draws(u))
+    return found
+
+
+def test_monte_carlo_errors_of_any_mode_are_what_seeds_differ_by():
+    """The damping that any mode requires errs to the large side: its two errors are added up as if independent."""
+    three, limits = models()[:2], [0.7 * LIMIT, 0.8 * LIMIT]
+    every = [drawn_at_random(three, seed) for seed in range(40)]
+    risks = [exceedance(draws, limits, [0.002, 0.002]) for draws in every]
+    for risk, error in ((lambda one: one.any, lambda one: one.any_mcse),
+                        (lambda one: one.each[1], lambda one: one.each_mcse[1])):  # fmt: skip
+        ratio = np.std([risk(one) for one in risks], ddof=1) / np.mean([error(one) for one in risks])
+        assert 0.7 < ratio < 1.35
+    needed = [required_for_any(draws, limits, 0.05) for draws in every]
+    for k in range(2):
+        seen = np.std([one.required[k] for one in needed], ddof=1)
+        assert 0.4 < seen / np.mean([one.required_mcse[k] for one in needed]) < 1.2
+    beyond = required_for_any(every[0], [0.01 * LIMIT, 3.0 * LIMIT], 0.05)
+    assert (beyond.required_mcse[0], beyond.required[0]) == (None, None)
+    assert beyond.required_mcse[1] == 0.0, "nothing is required"
+
+
 def remarks_of(found, request=DamperRequest(), *, weighed=True, damped=True):  # noqa: B008
     return list(any_mode_remarks(found, request, damped=damped, weighed=weighed))
 

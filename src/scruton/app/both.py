@@ -19,7 +19,7 @@ def size(arguments: Namespace) -> Outcome:
         return predict.size(arguments)
     from scruton.infer.store import provenance_of
     from scruton.report.chapters.sizing import sizing_summary
-    from scruton.report.chapters.together import both_blocks
+    from scruton.report.chapters.together import as_fraction, both_blocks
     from scruton.sizing.both import check_other, sized_both
     from scruton.sizing.results import RESULT
 
@@ -42,7 +42,7 @@ def size(arguments: Namespace) -> Outcome:
         for content, part in zip(contents, ("", bridges[1].motion.value), strict=True):
             written += predict.write_sizing(work, content, part)
         paths = work.published(written)
-    told = [*map(sizing_summary, contents), both_blocks(contents[0], "", "{:.3f}".format, TERMINAL)]
+    told = [*map(sizing_summary, contents), both_blocks(contents[0], "", as_fraction, TERMINAL)]
     text = "\n\n".join(render_text(blocks, line_width()) for blocks in told)
     untrusted = any(content["unconverged"] for content in contents)
     return Outcome(text, paths, code=NOT_TRUSTED if untrusted else DONE)

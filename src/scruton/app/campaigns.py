@@ -23,7 +23,7 @@ def validate(arguments: Namespace) -> Outcome:
     """
     import pandas as pd
 
-    from scruton.griffin.validate import validate
+    from scruton.griffin.validate import fits_needed, validate
     from scruton.infer.cards import load_card
     from scruton.report.figures import save
     from scruton.report.figures.predictions import validation_figure
@@ -37,6 +37,7 @@ def validate(arguments: Namespace) -> Outcome:
         folder, "validate", arguments, sha256=campaign.sha256 or {}, card=card, settings=settings, results=(JSON,)
     )
     with claim as work:
+        work.bar.say(f"{fits_needed(campaign, tests, singles=singles)} fits, the first of all tests")
         validations = validate(
             campaign, card, tests=tests, seed=arguments.seed, progress=work.bar, singles=singles,
             checkpoints=work.checkpoints, workers=workers,
@@ -57,7 +58,9 @@ def validate(arguments: Namespace) -> Outcome:
                  "unit": case.prediction.unit, "median": case.prediction.median, "q05": low, "q95": high,
                  "median MC error": case.prediction.error(0.5), "q05 MC error": case.prediction.error(0.05),
                  "q95 MC error": case.prediction.error(0.95), **known,
-                 "z": case.z, "log score": case.log_score, "inside 90 %": case.inside()}
+                 "z": case.z, "log score": case.log_score,
+                 "extrapolation index x": case.prediction.extrapolation_index,
+                 "peak tests that cover the amplitude": case.prediction.covered_by, "inside 90 %": case.inside()}
             )  # fmt: skip
         content = {"format": 1, "title": campaign.title, "unit": unit}
         content |= {"validations": as_json(entries), "coverage": coverage}

@@ -246,11 +246,12 @@ VERBS = (
          force("the criticism that lies")),
     ),
     Verb(
-        "validate", "predict every rig, or that of each --test, from the others and from each single one",
+        "validate",
+        "predict every rig, or that of each --test, from the others and from each single one: 2 R + 1 fits of R rigs",
         "campaigns:validate",
         (CAMPAIGN, out("folder for the results (default: out/NAME/validation)"), MODEL,
          TESTS,
-         flag("--no-singles", "leave out predictions from single rigs"),
+         flag("--no-singles", "leave out predictions from single rigs: R + 1 fits"),
          force("the validation that lies"), RESUME, *spread()),
     ),
     Verb("batch", "fit many campaigns side by side: a folder for each, one summary of all", "batch:run", (

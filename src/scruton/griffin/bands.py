@@ -11,6 +11,7 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.laws import amplitude_ratio, extrapolation_index
 from scruton.envelope.damping import aerodynamic_damping, griffin_curve, total_damping
 from scruton.errors import InputError
+from scruton.griffin.curves import shared_curve
 from scruton.griffin.posterior import draws_of, exponent_draws, mass_damping_draws, names_of, peak_names, unit_of
 from scruton.griffin.thresholds import ENOUGH_DRAWS, X_TRUSTED
 from scruton.shown import shown
@@ -53,7 +54,7 @@ class GriffinBand:
     label : str
         The test or record that it comes from.
     extrapolated : (n,) array of bool
-        Beyond the amplitudes of the record (trial function), or |x| > 0.3 (law).
+        Beyond the amplitudes of the record (trial function), or |x| > 0.3 by the laws that predict (law).
     """
 
     scruton_number: FloatArray
@@ -77,12 +78,23 @@ class GriffinBand:
 
 
 def index_draws(tree: "xr.DataTree", scruton_numbers: FloatArray, test: str) -> FloatArray:
-    """Draws of the extrapolation index x = (Sc' - Sc)/Sc_lambda, (S, n_sc).
+    """Draws of the extrapolation index x = (Sc' - Sc)/Sc_lambda by what one test says alone, (S, n_sc).
 
     `scruton_numbers` is (n_sc,), or (S, n_sc) where the design Scruton number is itself uncertain.
     """
     sc, relaxation = (draws_of(tree, name, test)[:, None] for name in ("scruton_number", "relaxation_scruton_number"))
     return extrapolation_index(np.atleast_1d(scruton_numbers), sc, relaxation)
+
+
+def predicting_index(tree: "xr.DataTree", scruton_numbers: FloatArray, test: str) -> FloatArray:
+    """Median extrapolation index from one test by the laws that predict, as a prediction has it, (n_sc,).
+
+    By the test's own law where a tree holds no posterior of the campaign.
+    """
+    if "campaign_posterior" not in tree:
+        return np.asarray(np.median(index_draws(tree, scruton_numbers, test), axis=0))
+    tested = float(np.median(draws_of(tree, "scruton_number", test)))
+    return np.asarray(np.median(shared_curve(tree).index(scruton_numbers, tested), axis=0))
 
 
 def given_grid(scruton_numbers: FloatArray | Sequence[float]) -> FloatArray:
@@ -166,7 +178,7 @@ def griffin_band(
     """Credible band of the Griffin curve from one test; parameters as of `griffin_draws`."""
     grid = given_grid(scruton_numbers)
     name = peak_names(tree)[0] if test is None else test
-    x = np.median(index_draws(tree, grid, name), axis=0)
+    x = predicting_index(tree, grid, name)
     return band(grid, griffin_draws(tree, grid, name, law_n=law_n), unit_of(tree), name, np.abs(x) > X_TRUSTED)
 
 

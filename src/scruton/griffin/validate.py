@@ -103,8 +103,15 @@ def crossed(peaks: Sequence[str], targets: Sequence[str], *, singles: bool = Tru
 
 
 def fits_needed(campaign: Campaign, tests: Sequence[str] = (), *, singles: bool = True) -> int:
-    """How many fits `validate` makes: one of all tests, and one for every set of tests that predicts."""
+    """How many fits `validate` makes: one of all tests, and one for every set of tests that predicts.
+
+    Raises
+    ------
+    InputError
+        If fewer than two rigs were tested in wind.
+    """
     rigs = list(dict.fromkeys(test.rig for test in campaign.tests if test.records))
+    _check_several(rigs, campaign)
     targets = [campaign.test(name).rig for name in tests] or rigs
     return 1 + len({source for _, source in crossed(rigs, targets, singles=singles)})
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Motion
-from scruton.griffin.bands import band, griffin_band, index_draws
+from scruton.griffin import shared_curve
+from scruton.griffin.bands import band, griffin_band
 from scruton.griffin.coverage import coverage_of
 from scruton.griffin.posterior import peak_names, unit_of
 from scruton.griffin.predict import predictive_draws
@@ -24,6 +25,7 @@ from scruton.report.conventions import (
 )
 from scruton.report.figures.griffin_axes import as_shown, factors, front_ends, sc_range, test_points, thinned_curve
 from scruton.report.needs import Content, governing, required_of, worst
+from scruton.report.summaries import law_of_tests
 from scruton.report.thresholds import MOST_BANDS
 from scruton.report.wording import limit_text, number, unit_text
 
@@ -90,7 +92,8 @@ def _griffin_chart(fit: "Fit", design: "Sequence[Prediction]") -> dict[str, Any]
         "name": "Griffin plot",
         "per": [times, scale],
         "key": "The Griffin plot to be read off. Black line: predictive median of all peak tests; grey: its 50 and "
-        "90 % intervals; coloured: each test alone; dotted: Eqs. (2) to (8); red: the number chosen. "
+        f"90 % intervals; coloured: each test alone, by {law_of_tests(fit.summary)}; dotted: Eqs. (2) to (8); "
+        "red: the number chosen. "
         + " ".join(words for tone, words in _POINTS_OF.items() if tone in {point["tone"] for point in points}),
         "x": {
             "label": "Scruton number Sc", "min": 0.0, "max": _round(times * upper), "start": _round(start),
@@ -115,8 +118,8 @@ def _reach(fit: "Fit", grid: FloatArray, amplitude: FloatArray) -> list[dict[str
     """How far from the tests every point of a grid of Scruton numbers lies: x of the nearest, and tests that saw it."""
     tree = fit.tree
     coverage, names = coverage_of(tree), peak_names(tree)
-    every = np.array([np.median(index_draws(tree, grid, name), axis=0) for name in names])
-    nearest = every[np.abs(every).argmin(axis=0), np.arange(grid.size)]
+    curve = shared_curve(tree, seed=int(fit.summary["provenance"]["seed"]))
+    nearest = np.array([curve.index_of_nearest(float(sc)) for sc in grid])
     seen = [coverage.tests_at(float(one)) if np.isfinite(one) and one > 0.0 else None for one in amplitude]
     return [
         {"symbol": "extrapolation index x", "values": _list(nearest), "digits": 2},

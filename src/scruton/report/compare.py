@@ -11,6 +11,7 @@ from scruton.documents import as_json, read_document
 from scruton.gap.results import RESULT as GAP
 from scruton.griffin.compare import APART, MOVED, Difference, Side, differences
 from scruton.griffin.posterior import peak_names
+from scruton.infer.joint import FORCES
 from scruton.infer.results import Fit
 from scruton.infer.store import load_fit
 from scruton.report.chapters.gap import gap_sentence
@@ -20,6 +21,7 @@ from scruton.report.figures.compare import compare_plot
 from scruton.report.needs import for_any, governing, required_of
 from scruton.report.parts import drawn
 from scruton.report.saved import chosen_sizing, found_beside, read_sizing
+from scruton.report.summaries import forces_hold
 from scruton.report.wording import Notation
 from scruton.shown import shown
 from scruton.sizing.checks import ASKED
@@ -75,6 +77,17 @@ class Comparison:
         conventions: Mapping[str, Any] = self.fits[0].summary.get("conventions", {})
         return conventions
 
+    @property
+    def forces_hold(self) -> tuple[bool, bool]:
+        """Whether the law that Y1 and epsilon are parameters of carries weight in each."""
+        first, second = (forces_hold(fit.summary) for fit in self.fits)
+        return first, second
+
+    @property
+    def judged(self) -> tuple[Difference, ...]:
+        """The differences but those of Y1 and epsilon where their law does not hold in one or the other."""
+        return tuple(one for one in self.differences if all(self.forces_hold) or one.name not in FORCES)
+
     def with_verdict(self, verdict: str) -> tuple[Difference, ...]:
         """Those that are "alike", "moved" (beyond Monte Carlo error) or "apart" (their 90 % intervals, too)."""
         return tuple(one for one in self.differences if one.verdict == verdict)
@@ -82,10 +95,10 @@ class Comparison:
     def to_json(self) -> dict[str, Any]:
         """Everything but the fits as it may stand in a JSON file."""
         rows = [{**asdict(one), "verdict": one.verdict or None, "change": one.change} for one in self.differences]
-        sides = [
-            {"title": title, "converged": converged, "diagnosis": diagnosis or None}
-            for title, converged, diagnosis in zip(self.titles, self.converged, self.diagnoses, strict=True)
-        ]
+        names = ("title", "converged", "diagnosis", "forces_hold")
+        diagnoses = (text or None for text in self.diagnoses)
+        each = zip(self.titles, self.converged, diagnoses, self.forces_hold, strict=True)
+        sides = [dict(zip(names, side, strict=True)) for side in each]
         content: dict[str, Any] = as_json({"format": 1, "sides": sides, "inputs": self.inputs, "differences": rows})
         return content
 
@@ -200,7 +213,8 @@ def compared_blocks(found: Comparison, notation: Notation) -> Iterator[Block]:
              _change(one, notation), *([_WORDS.get(one.verdict, "")] if says else []))
             for one in rows
         ]  # fmt: skip
-        yield Table(key, f"{_name(key)}{f' [{unit}]' if unit else ''}", header, cells,
+        caveat = _doubt(found.forces_hold) if key in FORCES else ""
+        yield Table(key, f"{_name(key)}{f' [{unit}]' if unit else ''}{caveat}", header, cells,
                     numeric=(False, *[True] * (len(header) - 1 - says), *([False] if says else [])))  # fmt: skip
     yield paragraph(
         "moved: beyond four Monte Carlo standard errors. APART: the 90 % intervals do not meet, too."
@@ -209,19 +223,31 @@ def compared_blocks(found: Comparison, notation: Notation) -> Iterator[Block]:
     )
 
 
+def _doubt(holds: Sequence[bool]) -> str:
+    """What has to be said of Y1 and epsilon where their law does not hold in A, in B or in both; empty otherwise."""
+    where = " and ".join(name for name, held in zip("AB", holds, strict=True) if not held)
+    return f" (of the law n=-1, WHICH DOES NOT HOLD IN {where})" if where else ""
+
+
 def _said(found: Comparison) -> str:
-    """What differs, in a sentence."""
-    moved, apart = found.with_verdict(MOVED), found.with_verdict(APART)
-    both = [one for one in found.differences if one.verdict]
+    """What differs, in a sentence or two."""
+    doubt = _doubt(found.forces_hold)
+    return _said_of_judged(found) + (f" Y1 and epsilon are not among them{doubt}." if doubt else "")
+
+
+def _said_of_judged(found: Comparison) -> str:
+    both = [one for one in found.judged if one.verdict]
+    moved, apart = ([one for one in both if one.verdict == verdict] for verdict in (MOVED, APART))
     if not both:
         return "Nothing is in both of them."
     if not moved and not apart:
         return f"Alike within Monte Carlo error: all of {len(both)} quantities."
     words = [f"{len(moved) + len(apart)} of {len(both)} quantities differ beyond Monte Carlo error"]
     words += [f"{len(apart)} of them by more than their 90 % intervals" if apart else "their 90 % intervals all meet"]
-    largest = sorted((*moved, *apart), key=lambda one: abs(one.change), reverse=True)[:3]
+    relative = [one for one in (*moved, *apart) if one.name != "weight" and one.change == one.change]
+    largest = sorted(relative, key=lambda one: abs(one.change), reverse=True)[:3]
     most = ", ".join(f"{_name(one.name)} of {one.of}" for one in largest)
-    return f"{', '.join(words)}. The largest changes: {most}."
+    return f"{', '.join(words)}." + (f" The largest changes: {most}." if most else "")
 
 
 def _name(quantity: str) -> str:

@@ -95,7 +95,12 @@ def sampling_error(draws: FloatArray, u: FloatArray, probability: float | None =
     of the section's posterior, or neighbours of one chain, are not independent, and count for as many as they are.
     That the points are spread evenly over the other sources makes the error smaller than this.
     """
-    ordered = draws[np.argsort(u[:, SECTION], kind="stable")]
+    return error_by_row(draws, u[:, SECTION], probability)
+
+
+def error_by_row(draws: FloatArray, row: FloatArray | IntArray, probability: float | None = None) -> float:
+    """The same of draws (N,) by where each stands among those of the section's posterior, such as `Draws.row`."""
+    ordered = draws[np.argsort(row, kind="stable")]
     return monte_carlo_error(ordered.reshape(_BLOCKS, -1), probability)
 
 

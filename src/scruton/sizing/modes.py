@@ -9,10 +9,10 @@ from scruton.arrays import FloatArray
 from scruton.sizing.checks import ASKED, Reach, reach_of
 from scruton.sizing.existing import Existing
 from scruton.sizing.hours import LockInHours, LockInShape, lock_in_hours
-from scruton.sizing.model import Draws, ModeModel, Spread, spread
+from scruton.sizing.model import Draws, ModeModel, Spread, error_by_row, spread
 from scruton.sizing.risk import Risk
 from scruton.sizing.thresholds import LARGEST_ADDED
-from scruton.sizing.together import Exceedance, Placed, exceedance_of, joint_draws, with_dampers
+from scruton.sizing.together import Exceedance, Placed, counted, exceedance_of, joint_draws, with_dampers
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,8 @@ class RequiredForAny:
         How far the setting with it lies from what was tested, by mode.
     left : Exceedance or None
         Probabilities with it, where all modes can have it.
+    required_mcse : tuple of float or None
+        Monte Carlo standard errors of the damping, at the most; None where it is, and in a sizing of earlier versions.
     """
 
     risk: float
@@ -38,6 +40,7 @@ class RequiredForAny:
     required: tuple[float | None, ...]
     reach: tuple[Reach | None, ...]
     left: Exceedance | None
+    required_mcse: tuple[float | None, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -111,7 +114,7 @@ def exceedance(draws: Sequence[Draws], limits: Sequence[float], added: Sequence[
     exceeds = np.array(
         [drawn.needed(limit) > more for drawn, limit, more in zip(draws, limits, added, strict=True)], dtype=bool
     )
-    return Exceedance(tuple(float(row.mean()) for row in exceeds), float(exceeds.any(axis=0).mean()))
+    return counted(exceeds, [drawn.row for drawn in draws])
 
 
 def with_required(draws: Sequence[Draws], limits: Sequence[float], risks: Sequence[Risk]) -> Exceedance | None:
@@ -126,7 +129,9 @@ def required_for_any(draws: Sequence[Draws], limits: Sequence[float], risk: floa
     Notes
     -----
     A mode exceeds its limit where a draw's place among what its draws need, from the least up, lies above the place
-    that the damping is read off at.  So that place is a quantile of the draws' highest place among the modes.
+    that the damping is read off at.  So that place is a quantile of the draws' highest place among the modes.  The
+    damping of a mode is off by the error of that place, and by that of its own quantile there; both are added up as if
+    they had nothing in common, which errs to the large side.
     """
     if len(draws) < 2:
         return None
@@ -138,13 +143,28 @@ def required_for_any(draws: Sequence[Draws], limits: Sequence[float], risk: floa
     most = np.maximum(ordered[:, place - 1], 0.0) if place else np.zeros(len(needs))
     added = [float(need) if need <= LARGEST_ADDED else None for need in most]
     can = [need for need in added if need is not None]
+    errors = [
+        need and _required_error(drawn, own, row[np.maximum(highest, 1) - 1], (place / size, risk))
+        for drawn, own, row, need in zip(draws, needs, ordered, added, strict=True)
+    ]
     return RequiredForAny(
         risk, place / size, tuple(added),
         tuple(
             reach_of(drawn, limit, need) for drawn, limit, need in zip(draws, limits, added, strict=True)
         ),
-        exceedance(draws, limits, can) if len(can) == len(added) else None,
+        exceedance(draws, limits, can) if len(can) == len(added) else None, tuple(errors),
     )  # fmt: skip
+
+
+def _required_error(drawn: Draws, needs: FloatArray, at_highest: FloatArray, at: tuple[float, float]) -> float | None:
+    """Of what a mode needs for any: `at_highest` is its own need (N,) at the draws' highest place among the modes.
+
+    `at` are the confidence in the mode and the risk of any.
+    """
+    confidence, risk = at
+    of_place = error_by_row(np.maximum(at_highest, 0.0), drawn.row, 1.0 - risk)
+    found = float(np.hypot(of_place, error_by_row(np.maximum(needs, 0.0), drawn.row, confidence)))
+    return found if np.isfinite(found) else None
 
 
 def all_modes(

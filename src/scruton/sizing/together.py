@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scruton.arrays import BoolArray
 from scruton.campaign.schema import Motion
@@ -20,6 +21,7 @@ from scruton.sizing.model import (
     TRANSFER,
     Draws,
     ModeModel,
+    error_by_row,
     unit_cube,
 )
 from scruton.sizing.thresholds import RISK_MARGIN
@@ -65,18 +67,41 @@ def against(motion: Motion) -> type[Placed]:
 
 @dataclass(frozen=True)
 class Exceedance:
-    """P(amplitude > limit) by mode, and P(any mode exceeds its limit), each mode in its own lock-in."""
+    """P(amplitude > limit) by mode, and P(any mode exceeds its limit), each mode in its own lock-in.
+
+    `each_mcse` and `any_mcse` are their Monte Carlo standard errors; None in a sizing of earlier versions.
+    """
 
     each: tuple[float, ...]
     any: float
+    each_mcse: tuple[float, ...] | None = None
+    any_mcse: float | None = None
+
+
+def counted(exceeds: BoolArray, rows: Sequence[NDArray[np.integer]]) -> Exceedance:
+    """Probabilities by which draws exceed their limits, (modes, N).
+
+    `rows`, of every mode, are as `Draws.row`.  Modes of two motions stand on two posteriors: the error of any of them
+    is the larger of those in either order.
+    """
+    found, union = exceeds.astype(float), exceeds.any(axis=0).astype(float)
+    return Exceedance(
+        tuple(float(mode.mean()) for mode in found), float(union.mean()),
+        tuple(error_by_row(mode, row) for mode, row in zip(found, rows, strict=True)),
+        max(error_by_row(union, row) for row in rows),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class ModeDraws:
-    """One mode with all dampers that move in it: `DamperDraws` of the mode, and the dampers as ratios to it."""
+    """One mode with all dampers that move in it: `DamperDraws` of the mode, and the dampers as ratios to it.
+
+    `row` as of `Draws`.
+    """
 
     draws: DamperDraws
     dampers: tuple[TunedMass, ...]
+    row: NDArray[np.integer]
 
     @property
     def exceeds(self) -> BoolArray:
@@ -118,8 +143,7 @@ def with_dampers(
 
 def exceedance_of(modes: Sequence[ModeDraws]) -> Exceedance:
     """Probabilities with the dampers."""
-    exceeds = np.array([mode.exceeds for mode in modes])
-    return Exceedance(tuple(float(row.mean()) for row in exceeds), float(exceeds.any(axis=0).mean()))
+    return counted(np.array([mode.exceeds for mode in modes]), [mode.row for mode in modes])
 
 
 def placed(dampers: Sequence[Damper], models: Sequence[ModeModel]) -> list[Placed]:
@@ -198,4 +222,4 @@ def _in_mode(
             tuned.append(TunedMass(ratio, each.frequency / mode.frequency.mean, each.damping_ratio))
     rows = Delivered(made.frequency[moving], made.damping[moving], made.mass[moving])
     draws = DamperDraws(drawn.amplitude, limit, drawn.detuning, where or 1.0, reality(model, drawn, rows, seed))
-    return ModeDraws(draws, tuple(tuned))
+    return ModeDraws(draws, tuple(tuned), drawn.row)

@@ -1,7 +1,7 @@
 """What was found: aerodynamic damping, the Griffin plot and its law, posteriors, predictions."""
 
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -9,10 +9,20 @@ from scruton.report.chapters.material import Material
 from scruton.report.conventions import damping, damping_symbol, parameter_unit, parameter_words, scruton, shown_in
 from scruton.report.document import CAUTION, Block, Callout, Equation, Heading, Table, paragraph
 from scruton.report.equations import AERODYNAMIC, RECIPROCAL
+from scruton.report.errors import MEANING_AT_90, Errors, at_most, errors_of_prediction, errors_of_test, written
 from scruton.report.maths import row
-from scruton.report.summaries import covered, forces_hold, model_printed, monte_carlo, stated_discrepancies
+from scruton.report.summaries import (
+    covered,
+    forces_hold,
+    law_of_tests,
+    law_of_tests_leads,
+    model_printed,
+    monte_carlo,
+    stated_discrepancies,
+    told_errors,
+)
 from scruton.report.tables import unit_of
-from scruton.report.wording import PAGE, Notation, estimate, law_text, number, stated, unit_text
+from scruton.report.wording import PAGE, Notation, estimate, law_text, number, percent, stated, unit_text
 
 if TYPE_CHECKING:
     from scruton.infer.sensitivity import PredictionSensitivity
@@ -20,6 +30,10 @@ if TYPE_CHECKING:
 _BY_TEST = (
     "One transient at one Scruton number holds a whole Griffin plot: each test’s own, without the records of the "
     "others, foretells where their stable amplitudes lie."
+)
+_NOT_LED = (
+    "What each test’s records alone say by {}. Another law leads in predictions: these plots are no evidence that one "
+    "transient holds the whole."
 )
 # What predictions may follow, in words.
 SOURCES = {"tau": "discrepancy of the amplitude τ", "kappa": "discrepancy of the relaxation κ"}
@@ -50,9 +64,11 @@ def griffin_chapter(material: Material) -> Iterator[Block]:
     apart = (*laws, *by_test, *lock_in, *first)
     yield from (picture for picture in material.of("griffin-plot") if picture not in apart)
     weights = _law_table(material)
+    summary = material.fit.summary
+    said = _BY_TEST if law_of_tests_leads(summary) else _NOT_LED.format(law_of_tests(summary))
     below: dict[str, Sequence[Block]] = {
         "The law of aerodynamic damping": [*([weights] if weights.rows else []), *_exponent(material), *laws],
-        "From one test at a time": [paragraph(_BY_TEST), *by_test] if by_test else [],
+        "From one test at a time": [paragraph(said), *by_test] if by_test else [],
         "Amplitude against wind speed": [paragraph(_LOCK_IN), *lock_in] if lock_in else [],
     }
     for heading, blocks in below.items():
@@ -125,25 +141,40 @@ def posterior_chapter(material: Material) -> Iterator[Block]:
     )
     corners = {picture.name: picture for picture in material.of("posterior")}
     for i, test in enumerate(material.tests, 1):
+        tree, entries = material.fit.tree, test["parameters"]
+        inner, outer = (errors_of_test(tree, test["name"], entries, level) for level in (0.5, 0.9))
         yield Table(
             f"posterior_{i}",
             f"Test {test['name']}",
-            ("parameter", "unit", "median", "50 % interval", "90 % interval"),
+            ("parameter", "unit", "median", "50 % interval", "90 % interval", "MC errors"),
             [
                 (
                     parameter_words(key), unit_text(unit), estimate(entry, factor)[0],
                     *(estimate(entry, factor, level)[1] for level in ("0.50", "0.90")),
+                    written(outer.get(key), PAGE, factor),
                 )
-                for key, entry in test["parameters"].items()
+                for key, entry in entries.items()
                 for factor, unit in [shown_in(parameter_unit(key, unit_of(key, material.unit)))]
             ],
-            doubt if "Y1" in test["parameters"] else "",
-            numeric=(False, False, True, True, True),
+            " ".join(filter(None, (doubt if "Y1" in entries else "", _posterior_errors(entries, inner)))),
+            numeric=(False, False, True, True, True, True),
             data="posterior",
         )  # fmt: skip
         if f"corner_{i}" in corners:
             yield corners.pop(f"corner_{i}")
     yield from corners.values()
+
+
+def _posterior_errors(entries: Mapping[str, Any], inner: Mapping[str, Errors]) -> str:
+    """What the Monte Carlo errors of a table of parameters are, and those of the 50 % intervals, over their widths."""
+    shares = [
+        max(ends) / width
+        for key, errors in inner.items()
+        if (ends := [one for one in errors[1:] if one is not None])
+        and (width := float(np.ptp(entries[key]["interval"]["0.50"]))) > 0.0
+    ]
+    words = f" Of the ends of 50 % intervals at most {percent(max(shares), 2)} of their widths." if shares else ""
+    return f"{MEANING_AT_90}{words}"
 
 
 def predictions_chapter(material: Material) -> Iterator[Block]:
@@ -173,7 +204,8 @@ def predictions_chapter(material: Material) -> Iterator[Block]:
         f"Each peak test predicted from the other peak tests [{unit}]",
         ("test", "Sc", "predicted", "90 % interval", "found", "how", "error", "90 % interval"),
         rows,
-        "Each is a fit of its own that never sees the records of the test it predicts. Nine in ten should lie inside.",
+        "Each is a fit of its own that never sees the records of the test it predicts. Nine in ten should lie inside. "
+        + at_most((told_errors(one["amplitude"]) for one in material.crossed.values()), PAGE, factor, "of predictions"),
         (False, True, True, True, True, False, True, False),
     )
 
@@ -242,8 +274,7 @@ def design_table(material: Material) -> Table:
         ),
         rows,
         "x is the extrapolation index from the nearest test: laws of aerodynamic damping agree to 8 % for |x| < 0.2 "
-        "and part beyond 0.3. Covered: by the transients of so many peak tests. "
-        "MC errors are the Monte Carlo standard errors of the median and of the ends of the 90 % interval.",
+        "and part beyond 0.3. Covered: by the transients of so many peak tests. " + MEANING_AT_90,
         data="predictions",
     )  # fmt: skip
 
@@ -251,6 +282,7 @@ def design_table(material: Material) -> Table:
 def _test_table(material: Material) -> Table:
     """Stable amplitude of every test: measured, found, and predicted for another setting at its Scruton number."""
     rows, (factor, unit) = [], material.shown
+    own = [errors_of_test(material.fit.tree, test["name"], ("a_star",))["a_star"] for test in material.tests]
     for test in material.tests:
         measured = material.fit.campaign.test(test["name"]).stable_amplitude
         predicted = material.at_tests.get(test["name"])
@@ -269,7 +301,8 @@ def _test_table(material: Material) -> Table:
         rows,
         "“This test” is the setting itself, in the joint posterior of all peak tests. “Another setting” is the "
         "prediction for a rig of the same Scruton number that was not tested; it carries the discrepancy between "
-        "settings.",
+        f"settings. {at_most(own, PAGE, factor, 'of this test')} "
+        + at_most(map(errors_of_prediction, material.at_tests.values()), PAGE, factor, "of another setting"),
         (False, False, *[True] * 6),
         data="predictions" if material.at_tests else "tests",
     )

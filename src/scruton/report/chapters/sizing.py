@@ -12,10 +12,12 @@ from scruton.report.chapters.material import Material
 from scruton.report.chapters.required import far, far_note, required_damping, required_tables
 from scruton.report.chapters.together import (
     TOGETHER,
+    as_fraction,
     both_blocks,
     exceedances,
+    exceedances_note,
     existing_blocks,
-    for_any_note,
+    in_percent,
     modes_header,
 )
 from scruton.report.conventions import (
@@ -35,6 +37,7 @@ from scruton.report.conventions import (
     with_unit,
 )
 from scruton.report.document import ALARM, CAUTION, Block, Callout, Heading, Listing, Picture, Table, paragraph
+from scruton.report.errors import at_most
 from scruton.report.figures.sizing import limits, modes
 from scruton.report.needs import Content
 from scruton.report.wording import (
@@ -64,7 +67,7 @@ def sizing_chapter(material: Material) -> Iterator[Block]:
         for block in _sizing_blocks(content, pictures, ending):
             yield replace(block, name=f"{block.name}{ending}") if isinstance(block, Table) else block
     if material.sizing is not None:
-        yield from by_conventions(both_blocks)(material.sizing, "mode ", counted, PAGE)
+        yield from by_conventions(both_blocks)(material.sizing, "mode ", in_percent, PAGE)
 
 
 @by_conventions
@@ -115,11 +118,11 @@ def _sizing_blocks(content: Content, pictures: Mapping[str, Picture], of_motion:
         yield from (*_damper_blocks(mode, k), *shown(f"damper{ending}"))
         yield from (*_cost_blocks(mode), *shown(f"cost{ending}", f"information{ending}"))
     if not content.get("both"):
-        yield from existing_blocks(content, "mode ", counted)
+        yield from existing_blocks(content, "mode ", in_percent)
     names = content["all_modes"]["names"]
     together = Table(
         "all_modes", TOGETHER, ("", *modes_header(names, "mode ")),
-        exceedances(content, counted) if len(names) > 1 else (), for_any_note(content["all_modes"]),
+        exceedances(content, in_percent) if len(names) > 1 else (), exceedances_note(content["all_modes"]),
     )  # fmt: skip
     hours = Table(
         "hours",
@@ -327,14 +330,16 @@ def sizing_summary(content: Content) -> Iterator[Block]:
         for mode in every
     ]  # fmt: skip
     header = ("mode", "Sc of means", "Sc (90 %)", f"amplitude without [{unit}]", "largest share of variance")
-    yield Table("modes", "", header, without, scruton_note(heaving=content["amplitude_unit"] == "m"))
+    known = at_most((errors for mode in every if (errors := mode["amplitude"].get("mcse"))), TERMINAL, factor)
+    notes = filter(None, (known, scruton_note(heaving=content["amplitude_unit"] == "m")))
+    yield Table("modes", "", header, without, " ".join(notes))
     yield from map(_damper_summary, every)
     for mode in every:
         yield from _cost_summary(mode)
     if len(together["names"]) > 1 or "hours" in together:
         yield Table(
             "all_modes", TOGETHER, ("", *modes_header(together["names"], "")),
-            exceedances(content, "{:.3f}".format), for_any_note(together),
+            exceedances(content, as_fraction), exceedances_note(together),
         )  # fmt: skip
         hours = hours_rows(content, " .. ", "{:.2f}".format, TERMINAL.number)
         header = (
@@ -343,7 +348,7 @@ def sizing_summary(content: Content) -> Iterator[Block]:
         )  # fmt: skip
         yield Table("hours", "", header, hours, hours_note(content))
     if not content.get("both"):
-        yield from existing_blocks(content, "mode ", "{:.3f}".format)
+        yield from existing_blocks(content, "mode ", as_fraction)
     yield Callout(CAUTION, "", flags)
 
 

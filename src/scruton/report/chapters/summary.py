@@ -32,9 +32,11 @@ from scruton.report.document import (
     Table,
     paragraph,
 )
+from scruton.report.errors import errors_of_rigs, errors_of_test, in_brackets
 from scruton.report.needs import Content, needs
+from scruton.report.summaries import covered, monte_carlo, told_errors
 from scruton.report.thresholds import SHARE_SHOWN, TESTS_ABREAST
-from scruton.report.wording import estimate, how_many, law_text, number, share, stated
+from scruton.report.wording import PAGE, estimate, how_many, law_text, number, share, stated
 
 
 def summary_chapter(material: Material) -> Iterator[Block]:
@@ -76,8 +78,10 @@ def _design_figures(material: Material) -> Iterator[tuple[str, str, str]]:
         }
         if material.sizing is None and material.heaving:
             shown["At the model's scale"] = material.in_model_unit(amplitude)
+        errors = f"; MC errors {monte_carlo(amplitude, PAGE)}"
         for title, (median, interval, unit) in shown.items():
-            yield title, with_unit(median, unit), f"90 % interval {with_unit(interval, unit)}"
+            yield title, with_unit(median, unit), f"90 % interval {with_unit(interval, unit)}{errors}"
+            errors = ""  # in another unit they say nothing more
         nearest = min(design.extrapolation_indices, key=lambda test: abs(design.extrapolation_indices[test]))
         reach = f"from {nearest}; laws agree to 8 % for |x| < 0.2"
         yield "Extrapolation index x", number(design.extrapolation_index, 2), reach
@@ -94,20 +98,26 @@ def _answers(material: Material) -> list[str]:
         answers.append(
             f"At the design Scruton number {scruton(design.scruton_number, stated)} (structural {damping_words()} "
             f"{damping(design.damping_ratio)} on rig {design.rig}) the predicted stable amplitude is "
-            f"{with_unit(median, unit)}, 90 % interval {with_unit(interval, unit)}{scale}."
+            f"{with_unit(median, unit)}, 90 % interval {with_unit(interval, unit)}"
+            f"{in_brackets(told_errors(amplitude), PAGE, factor)}{scale}."
         )
     for test in material.tests if not answers else ():
         if test["peak"]:
             median, interval = estimate(test["parameters"]["a_star"], factor)
             sc = scruton(test["parameters"]["scruton_number"]["median"], digits=3)
+            errors = in_brackets(errors_of_test(material.fit.tree, test["name"], ("a_star",))["a_star"], PAGE, factor)
             answers.append(
                 f"Peak test {test['name']} (Sc = {sc}): the stable amplitude is {with_unit(median, unit)}, 90 % "
-                f"interval {with_unit(interval, unit)}."
+                f"interval {with_unit(interval, unit)}{errors}."
             )
+    of_rigs = errors_of_rigs(material.fit.tree) if not answers else {}
     for rig in material.fit.summary["rigs"] if not answers else ():
         per, sign = shown_in(DAMPING)
         median, interval = (with_unit(text, sign) for text in estimate(rig["parameters"]["damping_ratio"], per))
-        answers.append(f"Rig {rig['name']}: the structural {damping_words()} is {median}, 90 % interval {interval}.")
+        errors = in_brackets(of_rigs.get(rig["name"]), PAGE, per)
+        answers.append(
+            f"Rig {rig['name']}: the structural {damping_words()} is {median}, 90 % interval {interval}{errors}."
+        )
     if answers and material.tests and (note := scruton_note(heaving=material.heaving)):
         answers.append(note)
     return answers
@@ -231,20 +241,22 @@ def _extrapolation(material: Material) -> Table:
     rows = []
     for design in material.design:
         indices = [design.extrapolation_indices[test] for test in tests]
-        reached = "yes" if abs(design.extrapolation_index) <= X_TRUSTED else "NO"
+        reached = abs(design.extrapolation_index) <= X_TRUSTED and design.covered_by > 0
         rows.append((
             "design", scruton(design.scruton_number, stated), *(number(index, 2) for index in indices),
-            number(design.extrapolation_index, 2), reached,
+            number(design.extrapolation_index, 2), covered(design.to_json()["amplitude_coverage"]),
+            "yes" if reached else "NO",
         ))  # fmt: skip
     for need in needs(material.sizing) if material.sizing else ():
         if need.required and (reach := need.reach):
             rows.append((
                 f"{need.name} with {damping(need.required)} added", scruton(reach["scruton_number"], digits=3),
-                *("–" for _ in tests), number(reach["extrapolation_index"], 2), "yes" if reach["trusted"] else "NO",
+                *("–" for _ in tests), number(reach["extrapolation_index"], 2),
+                covered({"tests": reach["covered_by"], "of": reach["tests"]}), "yes" if reach["trusted"] else "NO",
             ))  # fmt: skip
-    header = ["", "Sc", *(f"from {test}" for test in tests), "from nearest test", "within reach"]
-    note = "A mode with its required damping is within reach where a transient went through that amplitude, too."
+    header = ["", "Sc", *(f"from {test}" for test in tests), "from nearest test", "covered", "within reach"]
     return Table(
         "extrapolation", "Extrapolation index x of every design", header, rows,
-        note if len(rows) > len(material.design) else "",
+        "Covered: by the transients of so many peak tests. Within reach: x is no farther from zero than "
+        f"{X_TRUSTED:g}, and a transient of some test went through that amplitude, too.",
     )  # fmt: skip

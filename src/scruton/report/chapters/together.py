@@ -1,11 +1,11 @@
 """Several modes of a bridge together, of one motion or of both, from the content of sizing.json."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from scruton.report.conventions import amplitude, damping, scruton
+from scruton.report.conventions import DAMPING, amplitude, damping, known_to, scruton, shown_in
 from scruton.report.document import Block, Heading, Table, paragraph
-from scruton.report.wording import Notation, number, percent, share
+from scruton.report.wording import Notation, counted, number, percent, share, to_error
 from scruton.sizing.checks import ASKED
 
 Content = Mapping[str, Any]
@@ -13,21 +13,50 @@ Content = Mapping[str, Any]
 TOGETHER = "Probability of exceeding the limit in lock-in"
 
 
-def exceedances(content: Content, write: Callable[[float], str]) -> list[tuple[str, ...]]:
+Write = Callable[[float, float | None], str]  # a probability, to the digit of its Monte Carlo error where that is known
+
+
+def in_percent(risk: float, error: float | None = None) -> str:
+    """A probability for the page."""
+    return f"{to_error(100.0 * risk, 100.0 * error)} %" if risk and error else counted(risk)
+
+
+def as_fraction(risk: float, error: float | None = None) -> str:
+    """A probability for the terminal."""
+    return to_error(risk, error) if risk and error else f"{risk:.3f}"
+
+
+def _known_to(founds: Iterable[Content]) -> str:
+    """The largest Monte Carlo error of such probabilities, in a sentence; empty where none is known."""
+    errors = [error for found in founds for error in (*(found.get("each_mcse") or ()), found.get("any_mcse")) if error]
+    return f"Monte Carlo standard errors of the probabilities: at most {percent(max(errors), 1)}." if errors else ""
+
+
+def exceedances(content: Content, write: Write) -> list[tuple[str, ...]]:
     """Probability of exceeding the limit in every mode, and in any of several, by what is done about it."""
-    every = content["all_modes"]
+    return [(label, *_risks(found, write)) for label, found in _left(content["all_modes"]).items()]
+
+
+def _left(every: Content) -> dict[str, Content]:
+    """The probabilities by what is done about them."""
     left = {
         "as it is": every["without"],
         f"with the damping required at {share(float(ASKED))}": every.get("with_required_damping"),
         "with the damping required for any mode": (every.get("required_for_any") or {}).get("left"),
         "with all dampers, each acting on every mode": every.get("with_dampers"),
     }
-    return [(label, *_risks(found, write)) for label, found in left.items() if found is not None]
+    return {label: found for label, found in left.items() if found is not None}
 
 
-def _risks(found: Content, write: Callable[[float], str]) -> list[str]:
+def exceedances_note(every: Content) -> str:
+    """What stands below a table of `exceedances`: the damping for any mode, and how well the numbers are known."""
+    return " ".join(filter(None, (for_any_note(every), _known_to(_left(every).values()))))
+
+
+def _risks(found: Content, write: Write) -> list[str]:
     """Of each mode, and of any where there are several."""
-    return [write(risk) for risk in (*found["each"], *([found["any"]] if len(found["each"]) > 1 else []))]
+    cells = [*map(write, found["each"], found.get("each_mcse") or [None] * len(found["each"]))]
+    return cells + ([write(found["any"], found.get("any_mcse"))] if len(cells) > 1 else [])
 
 
 def modes_header(names: Sequence[str], mode: str) -> list[str]:
@@ -40,11 +69,17 @@ def for_any_note(every: Content) -> str:
     found = every.get("required_for_any")
     if not found:
         return ""
+    errors = found.get("required_mcse") or [None] * len(found["required"])
     added = ", ".join(
-        f"{name} {'more than can be added' if need is None else damping(need) if need else 'none'}{_reach(at)}"
-        for name, need, at in zip(every["names"], found["required"], found["reach"], strict=True)
+        f"{name} {'more than can be added' if need is None else _need(need, error) if need else 'none'}{_reach(at)}"
+        for name, need, error, at in zip(every["names"], found["required"], errors, found["reach"], strict=True)
     )
     return f"Required for a risk of {percent(found['risk'])} of any mode: {added}."
+
+
+def _need(need: float, error: float | None) -> str:
+    """Damping with its Monte Carlo error."""
+    return known_to(damping(need), need, error, shown_in(DAMPING))
 
 
 def _reach(at: Content | None) -> str:
@@ -56,7 +91,7 @@ def _reach(at: Content | None) -> str:
     return f" (Sc {place}, x {index}, transients of {covered} tests through the limit's amplitude{far})"
 
 
-def existing_blocks(content: Content, mode: str, write: Callable[[float], str]) -> Iterator[Block]:
+def existing_blocks(content: Content, mode: str, write: Write) -> Iterator[Block]:
     """Risk with the dampers that were asked about, and with what was assumed before anything was identified.
 
     Arguments as of `both_blocks`; where both motions were sized, the table is that of all their modes.
@@ -70,7 +105,7 @@ def existing_blocks(content: Content, mode: str, write: Callable[[float], str]) 
         rows.append((
             one["name"], *_risks(one["left"], write),
             number(max(strokes), 3) if strokes else "no bound",
-            *([write(one["as_designed"]["any"])] if designed else []),
+            *([write(one["as_designed"]["any"], one["as_designed"].get("any_mcse"))] if designed else []),
         ))  # fmt: skip
     header = ("damper", *modes_header(names, mode), "stroke (95 %) [m]")
     yield Table(
@@ -78,10 +113,11 @@ def existing_blocks(content: Content, mode: str, write: Callable[[float], str]) 
         "Probability of exceeding the limit with a given damper" + (", the bridge as identified" if designed else ""),
         (*header, "any, as designed" if len(names) > 1 else "as designed") if designed else header,
         rows,
+        _known_to(part for one in found for part in (one["left"], one.get("as_designed")) if part),
     )
 
 
-def both_blocks(content: Content, mode: str, write: Callable[[float], str], of: Notation) -> Iterator[Block]:
+def both_blocks(content: Content, mode: str, write: Write, of: Notation) -> Iterator[Block]:
     """Heaving and torsion of one bridge, where both were sized.
 
     Parameters
@@ -91,7 +127,7 @@ def both_blocks(content: Content, mode: str, write: Callable[[float], str], of: 
     mode : str
         What stands before the name of a mode.
     write : callable
-        Of a probability.
+        Of a probability, and of its Monte Carlo error.
     of : Notation
     """
     both = content.get("both")
@@ -112,6 +148,6 @@ def both_blocks(content: Content, mode: str, write: Callable[[float], str], of: 
         "both", f"Heaving and torsion together: {TOGETHER[0].lower()}{TOGETHER[1:]}",
         ("", *modes_header(both["names"], mode)),
         exceedances({"all_modes": both}, write),
-        f"{for_any_note(both)} Amplitude at the edge of the deck without added damping (90 %): {edge}.".strip(),
+        f"{exceedances_note(both)} Amplitude at the edge of the deck without added damping (90 %): {edge}.".strip(),
     )  # fmt: skip
     yield from existing_blocks(content, mode, write)

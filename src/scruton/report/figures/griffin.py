@@ -11,7 +11,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.griffin import predictive_draws, shared_curve, single_draws
-from scruton.griffin.bands import GriffinBand, band, griffin_band, griffin_draws, index_draws
+from scruton.griffin.bands import GriffinBand, band, griffin_band, griffin_draws, predicting_index
 from scruton.griffin.lock_in import LockInBand, has_speeds, lock_in_band
 from scruton.griffin.posterior import mass_damping_draws, peak_names, printed_draws, test_names, unit_of
 from scruton.griffin.thresholds import X_TRUSTED
@@ -27,6 +27,7 @@ from scruton.report.conventions import (
 )
 from scruton.report.figures import FigureWithCaption, figure, griffin_axes, style
 from scruton.report.figures.damping import tests_with_transients
+from scruton.report.summaries import law_of_tests, law_of_tests_leads
 from scruton.report.thresholds import MOST_RIG_BANDS, PANELS_A_PAGE, SCRUTON_NUMBERS_APART, SPEEDS_APART
 from scruton.sizing.codes import comparisons
 
@@ -76,8 +77,9 @@ def _plot(fit: Fit, *, reciprocal: bool) -> FigureWithCaption:
     discrepancy = float(np.median(shared_curve(tree, seed=_seed(fit)).discrepancy))
     return FigureWithCaption(
         drawing,
-        caption=f"{what} against the Scruton number, {figures}. Coloured: what each peak test's records alone predict, "
-        "median with 50 and 90 % credible bands, thin beyond an extrapolation index of 0.3. Grey: 90 % predictive band "
+        caption=f"{what} against the Scruton number, {figures}. Coloured: what each peak test's records alone predict "
+        f"by {law_of_tests(fit.summary)}, median with 50 and 90 % credible bands, thin beyond an extrapolation index "
+        "of 0.3. Grey: 90 % predictive band "
         "of all peak tests together, laws weighed and, away from the tests, led by the damping that the transients "
         f"show, for a setting that lies {discrepancy:.0%} off their curve. Dotted: "
         "the deterministic procedure of Eqs. (2) to (8). "
@@ -131,10 +133,15 @@ def griffin_by_test(fit: Fit) -> Iterable[FigureWithCaption]:
         style.below(drawing, panels)
         yield FigureWithCaption(
             drawing,
-            caption="The Griffin plot from one test at a time: 50 and 90 % credible bands of that test's curve, the "
-            "90 % predictive band with the discrepancy between settings, the deterministic curve of its records "
-            "(dotted), and the points of every test. A test that predicts the others' points within the grey band "
-            "bears the self-similarity out.",
+            caption="The Griffin plot from one test at a time: 50 and 90 % credible bands of that test's curve by "
+            f"{law_of_tests(fit.summary)}, the 90 % predictive band with the discrepancy between settings, the "
+            "deterministic curve of its records (dotted), and the points of every test. "
+            + (
+                "A test that predicts the others' points within the grey band bears the self-similarity out."
+                if law_of_tests_leads(fit.summary)
+                else "That law does not lead, and under others no test was sampled by itself: whether a test predicts "
+                "the others' points here says nothing of them."
+            ),
             alt=_alt(fit, page, "Stable amplitude from one test at a time"),
         )
 
@@ -148,7 +155,7 @@ def reciprocal_against_damping(fit: Fit) -> FigureWithCaption:
     shown, curves = shown_in(DAMPING)[0] * ratio, []
     for name in tests:
         sc = factor[name][:, None] * ratio
-        beyond = np.abs(np.median(index_draws(tree, sc, name), axis=0)) > X_TRUSTED
+        beyond = np.abs(predicting_index(tree, np.median(sc, axis=0), name)) > X_TRUSTED
         curve = griffin_axes.as_shown(band(ratio, griffin_draws(tree, sc, name), unit, name, beyond).reciprocal())
         curves.append(replace(curve, scruton_number=shown))  # whose axis is that of damping here
     drawing, axes = style.alone(80.0)
@@ -161,8 +168,9 @@ def reciprocal_against_damping(fit: Fit) -> FigureWithCaption:
     return FigureWithCaption(
         drawing,
         caption=f"Reciprocal stable amplitude against the structural {damping_words()}, for the mass and the air of "
-        "each test: median with 50 and 90 % credible bands. A straight line is what the paper's law says; a curve that "
-        "bends up at small amplitude points at dry friction in the suspension.",
+        f"each test, from its records alone by {law_of_tests(fit.summary)}: median with 50 and 90 % credible bands. "
+        "A straight line is what the paper's law says; points that bend up from it at small amplitude point at dry "
+        "friction in the suspension.",
         alt=_alt(fit, tests, "Reciprocal stable amplitude against damping ratio"),
     )
 
@@ -207,8 +215,7 @@ def law_comparison(fit: Fit) -> FigureWithCaption:
     tree, limits = fit.tree, griffin_axes.sc_range(fit.tree)
     grid = np.linspace(*limits, GRID)
     bands = {n: [griffin_band(tree, grid, name, law_n=n) for name in peak_names(tree)] for n, _ in LAWS}
-    measured = [point.measured.mean for point in griffin_axes.test_points(fit) if point.measured]
-    ceiling = 1.25 * shown_in(unit_of(tree))[0] * max([*map(_highest, bands[-1.0]), *measured])
+    ceiling = _ceiling(fit, max(_highest(griffin_axes.as_shown(curve)) for curve in bands[-1.0]))
     drawing, panels = style.panels(2, height_mm=78.0, sharex=True, sharey=True)
     for axes, (n, title) in zip(panels, LAWS, strict=True):
         griffin_axes.draw_bands(axes, fit, bands[n])
@@ -220,13 +227,14 @@ def law_comparison(fit: Fit) -> FigureWithCaption:
     style.below(drawing, panels)
     return FigureWithCaption(
         drawing,
-        caption="Griffin curves from the stable amplitude and the relaxation rate of one test at a time, (a) by the "
+        caption="Griffin curves from the stable amplitude and the relaxation rate of one test at a time, as its "
+        f"records alone give them under {law_of_tests(fit.summary)}, carried on (a) by the "
         "paper's law and (b) by Ehsan and Scanlan's, with 50 and 90 % credible bands; thin where the extrapolation "
         "index exceeds 0.3, beyond which laws part. Dashed: the damping that the transients show at an amplitude, "
         "without a law, with its 90 % band, as far as any transient reached. "
         + ("Points are measured." if _measured(fit) else "Points are posteriors of each test."),
-        alt="Two panels: curves of the paper's law stay near the measured points at distant Scruton numbers, those of "
-        "Ehsan and Scanlan's law fall to zero amplitude at a finite Scruton number.",
+        alt="Two panels with the points of all tests: (a) Griffin curves of each test by the paper's law, whose "
+        "amplitude falls without end, (b) by Ehsan and Scanlan's, which fall to zero at a finite Scruton number.",
     )
 
 
