@@ -126,6 +126,10 @@ def test_one_rig_states_both_in_the_json_and_says_that_the_prior_speaks() -> Non
     one = predict(tree, scruton_number=3.0)
     content = json.loads(json.dumps(one.to_json(), allow_nan=False))
     stated = content["at_discrepancy"]
+    for tau, entry in stated.items():
+        known = replace(one, draws=one.at_discrepancy[float(tau)])
+        assert entry["mcse"]["median"] == known.error(0.5)
+        assert entry["mcse"]["interval"]["0.90"] == [known.error(0.05), known.error(0.95)]
     assert list(stated) == ["0.10", "0.20"]
     factors = [np.divide(*one["interval"]["0.90"][::-1]) for one in stated.values()]
     np.testing.assert_allclose(np.log(factors), 2 * 1.645 * np.sqrt(2.0) * np.array(STATED), rtol=0.05)

@@ -143,19 +143,12 @@ class Prediction:
         A number that does not exist (an upper bound where no amplitude is stable) is null.
         """
         amplitude = {key: getattr(self, key) for key in ("unit", "median", "mean", "sd")}
-        interval = {f"{p:.2f}": self.interval(p) for p in INTERVALS}
-        errors = {f"{p:.2f}": [self.error(0.5 - p / 2), self.error(0.5 + p / 2)] for p in INTERVALS}
-        mcse = {"median": self.error(0.5), "interval": errors}
-        stated = {
-            f"{tau:.2f}": {"median": quantiles(draws, [0.5])[0]}
-            | {"interval": {f"{p:.2f}": quantiles(draws, [0.5 - p / 2, 0.5 + p / 2]) for p in INTERVALS}}
-            for tau, draws in self.at_discrepancy.items()
-        }
+        stated = {f"{tau:.2f}": replace(self, draws=draws)._told() for tau, draws in self.at_discrepancy.items()}
         content: dict[str, Any] = as_json(
             {
                 "sc": self.scruton_number,
                 "damping_ratio": self.damping_ratio,
-                "amplitude": amplitude | {"interval": interval, "mcse": mcse},
+                "amplitude": amplitude | self._told(),
                 **({"at_discrepancy": stated} if stated else {}),
                 **{key: getattr(self, key) for key in ("rig", "laws", "measured_weight")},
                 **{key: getattr(self, key) for key in ("extrapolation_index", "discrepancy_sd")},
@@ -166,6 +159,12 @@ class Prediction:
             }
         )
         return content
+
+    def _told(self) -> dict[str, Any]:
+        """Median and intervals of the draws, each with its Monte Carlo standard errors."""
+        interval = {f"{p:.2f}": self.interval(p) for p in INTERVALS}
+        errors = {f"{p:.2f}": [self.error(0.5 - p / 2), self.error(0.5 + p / 2)] for p in INTERVALS}
+        return {"median": self.median, "interval": interval, "mcse": {"median": self.error(0.5), "interval": errors}}
 
 
 def predict(
