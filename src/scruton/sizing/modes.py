@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.shown import fields_in_brief, shown
 from scruton.sizing.checks import ASKED, Reach, reach_of
 from scruton.sizing.existing import Existing
 from scruton.sizing.hours import LockInHours, LockInShape, lock_in_hours
@@ -43,6 +44,7 @@ class RequiredForAny:
     required_mcse: tuple[float | None, ...] | None = None
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True)
 class AllModes:
     """All modes together.
@@ -72,6 +74,7 @@ class AllModes:
     required_for_any: RequiredForAny | None = None
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True)
 class BothMotions:
     """Heaving and torsional modes of one bridge together.
