@@ -41,38 +41,44 @@ def meaning(diagnosis: Diagnosis, design_sc: Sequence[float] = ()) -> dict[str, 
         `amplitude_change`: relative, of the bridge's stable amplitude at its first Scruton number, once the effects
         found are in the model and what is the rig's own stays there; of an unknown cause the standard deviation of
         ln(amplitude) that it adds; None without a test in wind.  `at`: `scruton_number` and `amplitude_change` of each
-        (not of an unknown cause, which adds the same at all).  `command`: the option of `scruton fit`, `predict` and
-        `size` that puts it in.  `moves`: the change for people.  `text`: all of it for people.  Empty where there is
-        no gap.
+        (not of an unknown cause, which adds the same at all).  `command`: the option of `scruton fit` and `report`
+        that puts it in, None where nothing is to be put in.  `moves`: the change for people.  `remarks`: what else is
+        to be known, a sentence each.  `text`: all of it for people, of predictions that were told nothing.
     """
-    if diagnosis.verdict == NONE:
-        return {}
     at = _changes(diagnosis, design_sc)
     change = discrepancy_of_the_unknown(diagnosis) if _adds_spread(diagnosis) else at[0][1] if at else None
     # the verdict's own name follows what another run finds
-    command = "--effect auto"
+    command: str | None = "--effect auto"
     owners = {CATALOGUE[name].belongs for name in diagnosis.found if name in CATALOGUE}
     moves = _moves(diagnosis, change, at if design_sc else [])
-    parts = [
-        f"Predictions contain it only where they are told to: `{command}` of `scruton fit` or `scruton report` puts it "
-        "in.",
-        moves,
-    ]
-    if change is None:
-        parts = ["There is no test in wind: nothing is predicted from these records."]
-    elif diagnosis.verdict == UNKNOWN and change < UNMOVED:
-        parts = [f"{moves} Predictions stay as they are, with `{command}` or without."]
+    remarks = []
     if "wind_speed_drift" in diagnosis.found:
-        parts.append("A step of the wind at one moment leaves much the same: look at the logged wind speed.")
+        remarks.append("A step of the wind at one moment leaves much the same: look at the logged wind speed.")
     if Belongs.RIG in owners and change is not None:
-        parts.append(
+        remarks.append(
             "What belongs to the rig stays in the laboratory; the wind's part, freed of it, goes to the bridge."
         )
     if owners & {Belongs.SENSOR, Belongs.RUN}:
-        parts.append("What belongs to a sensor or a run is better mended: take the records anew, or leave them out.")
+        remarks.append("What belongs to a sensor or a run is better mended: take the records anew, or leave them out.")
+    if diagnosis.verdict == NONE:
+        command, first = None, "There is nothing to be put into the predictions."
+    elif change is None:
+        command, first = None, "There is no test in wind: nothing is predicted from these records."
+    elif diagnosis.verdict == UNKNOWN and change < UNMOVED:
+        command, first = None, f"{moves} Predictions stay as they are, with `{command}` or without."
+    else:
+        named = [name for name in diagnosis.found if name in CATALOGUE]
+        alone = " or ".join(f"`--effect {name}`" for name in named) if len(diagnosis.found) > 1 else ""
+        first = (
+            "Predictions contain it only where they are told to: "
+            f"`{command}` of `scruton fit` or `scruton report` puts {'all of it' if alone else 'it'} in"
+            f"{f', {alone} that alone' if alone else ''}. {moves}"
+        )
     each = [{"scruton_number": number, "amplitude_change": moved} for number, moved in at]
-    text = " ".join(filter(None, parts))
-    return {"amplitude_change": change, "at": each, "command": command, "moves": moves, "text": text}
+    text = " ".join([first, *remarks])
+    return {
+        "amplitude_change": change, "at": each, "command": command, "moves": moves, "remarks": remarks, "text": text,
+    }  # fmt: skip
 
 
 def _adds_spread(diagnosis: Diagnosis) -> bool:
@@ -96,7 +102,7 @@ def _moves(diagnosis: Diagnosis, change: float | None, design: Sequence[tuple[fl
 def _changes(diagnosis: Diagnosis, design_sc: Sequence[float]) -> list[tuple[float, float | None]]:
     """Scruton numbers with the relative change of the bridge's stable amplitude there; None where there is none."""
     r = diagnosis.data.middle
-    if r < 0 or diagnosis.verdict == UNKNOWN:
+    if r < 0 or diagnosis.verdict in (NONE, UNKNOWN):
         return []
 
     def settled(fit: FittedHypothesis, number: float | None) -> float:

@@ -1,6 +1,6 @@
 """The gap between the null model and the records: where, which effect, how far it shrinks, what would settle it."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
@@ -39,7 +39,7 @@ def gap_chapter(material: Material) -> Iterator[Block]:
         flags.append("The diagnosis reads the whole campaign, the tests that the fit was told to leave out among them.")
     if flags:
         yield Callout(CAUTION, "What was read", flags)
-    for words in _explained(gap, _FIRST):
+    for words in _explained(gap, _FIRST, contained_sentence(gap, material.fit.summary)):
         yield paragraph(words)
     yield _held_out_table(gap, PAGE, material.unit)
     if words := shrink_sentence(gap["shrink"]):
@@ -147,9 +147,17 @@ def _in_titles(gap: Mapping[str, Any]) -> str:
     return " ".join(f"{title}." for title in titles)
 
 
-def _explained(gap: Mapping[str, Any], name: str) -> list[str]:
-    """What the verdict means for the predictions, and what an unknown looks like: if it is true."""
-    return [_conditional(gap, name, words) for key in ("unknown", "meaning") if (words := gap.get(key, {}).get("text"))]
+def _explained(gap: Mapping[str, Any], name: str, contained: str = "") -> list[str]:
+    """What an unknown looks like, and what the verdict means for the predictions: if it is true.
+
+    `contained` is whether a fit's numbers contain it, where there is a fit.
+    """
+    said = [_conditional(gap, name, words) for words in (gap.get("unknown", {}).get("text"),) if words]
+    meaning = gap.get("meaning", {})
+    if contained:
+        return [*said, " ".join([contained, *meaning.get("remarks", ())])]
+    text = meaning.get("text")
+    return [*said, *([text if gap["verdict"] == "none" else _conditional(gap, name, text)] if text else [])]
 
 
 def _conditional(gap: Mapping[str, Any], name: str, words: str) -> str:
@@ -160,14 +168,32 @@ def _conditional(gap: Mapping[str, Any], name: str, words: str) -> str:
 def contained_sentence(gap: Mapping[str, Any], fit: Mapping[str, Any]) -> str:
     """Whether the numbers of a fit, by its fit.json, contain what was found, and what that moves."""
     meaning = gap.get("meaning")
-    if gap["verdict"] == "none" or not meaning:
+    if not meaning:
         return ""
-    if fit.get("effect", {}).get("used") == gap["verdict"]:
-        moves = f" {meaning['moves']}" if meaning.get("moves") else ""
+    found = [] if gap["verdict"] == "none" else [gap["verdict"], *gap["also"]]
+    entry = fit.get("effect", {})
+    put_in = [name for name in (entry.get("used", "none"), *entry.get("also", ())) if name != "none"]
+    # what stands beside an unknown cause by its own name is no unknown cause
+    missing, foreign = ([one for one in of if one not in other] for of, other in ((found, put_in), (put_in, found)))
+    command, moves = meaning.get("command"), meaning.get("moves") or ""
+    out = " The same command without `--effect` takes it out."
+    if foreign:
+        also = f", and not {_names(found)}, which was found" if found else ", which was not found"
+        return f"The numbers here contain {_names(put_in)}, as was asked{also}.{out}"
+    if not missing and found:
         what = "it" if settled(gap) else _FIRST
-        return f"The numbers here contain {what}.{moves} The same command without `--effect` takes it out."
-    words = meaning.get("moves") or meaning["text"]  # how it is put in stands in its chapter
-    return f"The numbers here do not contain it. {_conditional(gap, _FIRST, words)}"
+        return f"The numbers here contain {what}.{f' {moves}' if moves else ''}{out}"
+    if not found or command is None:
+        return str(meaning["text"]).removesuffix(" ".join(["", *meaning.get("remarks", ())]))
+    how = f"`{command}` puts {'all of it' if len(found) > 1 else 'it'} in."
+    moved = f" {_conditional(gap, _FIRST, moves)}" if moves else ""
+    if put_in:
+        return f"The numbers here contain {_names(put_in)}, and not {_names(missing)}: {how}{moved}"
+    return f"The numbers here do not contain it: {how}{moved}"
+
+
+def _names(effects: Iterable[str]) -> str:
+    return " and ".join(map(_in_words, effects))
 
 
 def _held_out_table(gap: Mapping[str, Any], of: Notation, unit: str) -> Table:
