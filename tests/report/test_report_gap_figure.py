@@ -11,7 +11,7 @@ from scruton.gap.diagnosis import Diagnosis, diagnose
 from scruton.gap.finding import Finding
 from scruton.gap.locate import locate
 from scruton.gap.locate_curves import excess_curves
-from scruton.report.chapters.gap import shrink_sentence
+from scruton.report.chapters.gap_words import shrink_sentence
 from scruton.report.figures import save
 from scruton.report.figures.gap import gap_figure
 

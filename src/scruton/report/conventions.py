@@ -19,7 +19,10 @@ if TYPE_CHECKING:
     from scruton.report.document import Block
 
 DAMPING, SCRUTON = "damping ratio", "Sc"  # what `shown_in` takes for a unit, beside units
-_FIXED = {"rad": (180.0 / math.pi, "deg"), "m": (1e3, "mm"), "1/rad": (math.pi / 180.0, "1/deg")}
+_FIXED = {
+    "rad": (180.0 / math.pi, "deg"), "m": (1e3, "mm"), "1/rad": (math.pi / 180.0, "1/deg"),
+    "tenths of the frequency": (10.0, "% of the frequency"),
+}  # fmt: skip
 _IN_FORCE: ContextVar[Mapping[str, Any]] = ContextVar("conventions", default=MappingProxyType({}))
 
 
@@ -55,8 +58,8 @@ def by_conventions[First, **Others](
 def shown_in(unit: str) -> tuple[float, str]:
     """Factor and unit by which a quantity is shown that files hold in this unit: the one place that knows.
 
-    Radians are shown in degrees, metres of amplitude in mm, a `DAMPING` ratio in per cent or as logarithmic decrement,
-    a Scruton number, `SCRUTON`, by the paper's or the Eurocode's definition.
+    Radians are shown in degrees, metres of amplitude in mm, tenths of the frequency in per cent, a `DAMPING` ratio in
+    per cent or as logarithmic decrement, a Scruton number, `SCRUTON`, by the paper's or the Eurocode's definition.
     """
     if unit == DAMPING:
         return (2.0 * math.pi, "") if decrements() else (100.0, "%")

@@ -239,7 +239,7 @@ def _forced(layout: Layout) -> list[Variant]:
     return variants
 
 
-_TEST = Size("test", "damping ratio at amplitude {at:.3g}", added_damping)
+_TEST = Size("test", "damping ratio at amplitude {at}", added_damping)
 
 EFFECTS = (
     Effect(

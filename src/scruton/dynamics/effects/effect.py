@@ -269,7 +269,7 @@ def added_damping(rows: FloatArray, without: FloatArray, station: Station) -> Fl
     return (station.damping(rows) - station.damping(without)) / station.omega
 
 
-DAMPING_RATIO = Size("damping", "damping ratio at amplitude {at:.3g}", added_damping)
+DAMPING_RATIO = Size("damping", "damping ratio at amplitude {at}", added_damping)
 
 
 @dataclass(frozen=True, eq=False)

@@ -226,7 +226,7 @@ EFFECTS = (
         "amplitude",
         Belongs.RUN,
         (Term.TREND, Term.TREND_SINE, Term.TREND_ARCH, Term.TREND_DRIVE, Term.AERO, Term.DRIVE),
-        Size("damping", "damping ratio at amplitude {at:.3g}, end of the record, or its middle, over its start", _rise),
+        Size("damping", "damping ratio at amplitude {at}, end of the record, or its middle, over its start", _rise),
         _drifting,
     ),
     Effect(
