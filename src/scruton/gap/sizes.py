@@ -30,6 +30,13 @@ def found_parameters(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
     return table
 
 
+def largest_size(diagnosis: Diagnosis, name: str) -> tuple[dict[str, Any], int] | None:
+    """Of an effect found the largest of its sizes, as of `found_parameters`, and how many it has."""
+    every = list(found_parameters(diagnosis, name).values())
+    own = [size for size in every if size["unit"] == every[0]["unit"]]
+    return (max(own, key=lambda size: abs(size["median"])), len(own)) if own else None
+
+
 def whose(data: GapData, inside: np.ndarray) -> str:
     """What some records, (R,) of bool, are, for people: all, those in wind, whole rigs, tests, or records by name."""
     layout = data.layout

@@ -13,16 +13,14 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Concatenate
 
 from scruton import said
+from scruton.dynamics.effects.effect import FACTOR, TENTHS
 from scruton.report.wording import PARAMETERS, number, stated, to_error, unit_text, with_error
 
 if TYPE_CHECKING:
     from scruton.report.document import Block
 
 DAMPING, SCRUTON = "damping ratio", "Sc"  # what `shown_in` takes for a unit, beside units
-_FIXED = {
-    "rad": (180.0 / math.pi, "deg"), "m": (1e3, "mm"), "1/rad": (math.pi / 180.0, "1/deg"),
-    "tenths of the frequency": (10.0, "% of the frequency"),
-}  # fmt: skip
+_FIXED = {"rad": (180.0 / math.pi, "deg"), "m": (1e3, "mm"), "1/rad": (math.pi / 180.0, "1/deg")}
 _IN_FORCE: ContextVar[Mapping[str, Any]] = ContextVar("conventions", default=MappingProxyType({}))
 
 
@@ -58,14 +56,40 @@ def by_conventions[First, **Others](
 def shown_in(unit: str) -> tuple[float, str]:
     """Factor and unit by which a quantity is shown that files hold in this unit: the one place that knows.
 
-    Radians are shown in degrees, metres of amplitude in mm, tenths of the frequency in per cent, a `DAMPING` ratio in
-    per cent or as logarithmic decrement, a Scruton number, `SCRUTON`, by the paper's or the Eurocode's definition.
+    Radians are shown in degrees, metres of amplitude in mm, a `DAMPING` ratio in per cent or as logarithmic decrement,
+    a Scruton number, `SCRUTON`, by the paper's or the Eurocode's definition.
     """
     if unit == DAMPING:
         return (2.0 * math.pi, "") if decrements() else (100.0, "%")
     if unit == SCRUTON:
         return float(_IN_FORCE.get().get("scruton_factor", 1.0)), ""
     return _FIXED.get(unit, (1.0, unit))
+
+
+def shown_excess(quantity: str, unit: str) -> tuple[float, str]:
+    """Factor and unit by which the excess of a place in gap.json is shown, `unit` being that of amplitudes.
+
+    Damping as it is, a line's amplitude as amplitudes are, shares in per cent; others are plain numbers.
+    """
+    if quantity in ("frequency", "signal"):
+        return 100.0, "%"
+    kinds = {"damping": DAMPING, "branch": DAMPING, "test": DAMPING, "spectrum": unit}
+    return shown_in(kinds[quantity]) if quantity in kinds else (1.0, "")
+
+
+def shown_size(size: Mapping[str, Any]) -> tuple[float, float | None, float | None, str]:
+    """Median, 5 and 95 % and unit of a parameter of an effect, from gap.json, as a person would write them.
+
+    A logarithm of a factor is shown as a change in per cent, as are tenths of a frequency.
+    """
+    ends = [size["median"], *(size["interval90"] or (None, None))]
+    factor, unit = shown_in(size["unit"])
+    if size["unit"] == FACTOR:
+        ends, factor, unit = [None if end is None else math.expm1(end) for end in ends], 100.0, "%"
+    elif size["unit"] == TENTHS:
+        factor, unit = 10.0, "% of the frequency"
+    median, low, high = (None if end is None else factor * end for end in ends)
+    return median or 0.0, low, high, unit
 
 
 def decrements() -> bool:

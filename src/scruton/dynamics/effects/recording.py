@@ -4,6 +4,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import (
+    TENTHS,
     Apply,
     Effect,
     Extent,
@@ -122,7 +123,7 @@ def _stiffness(layout: Layout) -> list[Variant]:
     return [
         sized(
             f"frequency changes as {power}, {{scope}}", apply, scope, *names, weight=share * scope.weight,
-            unit="tenths of the frequency",
+            unit=TENTHS,
         )
         for power, apply, names, share in choices
         for scope in scopes(layout, shares)

@@ -6,15 +6,13 @@ from typing import Any
 from scruton.dynamics.effects.effect import DAMPING as RELAXATION
 from scruton.dynamics.effects.effect import REFERENCE
 from scruton.report.chapters.gap_words import capital, in_words
-from scruton.report.conventions import DAMPING, SCRUTON, damping_words, decrements, shown_in
+from scruton.report.conventions import SCRUTON, damping_words, decrements, shown_excess, shown_in, shown_size
 from scruton.report.document import Table
 from scruton.report.thresholds import PROBABILITY_SHOWN
 from scruton.report.verdict import perhaps
 from scruton.report.wording import PAGE, PARAMETERS, Notation
 
 _SIZE = ("parameter", "of", "median", "90 % interval", "unit", "form")
-_OF_DAMPING = ("damping", "branch", "test")  # quantities whose excess is a damping ratio
-_RELATIVE = ("frequency", "signal")  # those whose excess is a share
 _ERRORS = ("amplitude, before", "amplitude, after", "damping, before", "damping, after")
 
 
@@ -116,14 +114,11 @@ def _seen(place: Mapping[str, Any]) -> str:
 
 
 def _excess(place: Mapping[str, Any], of: Notation, unit: str) -> str:
-    """An excess: of damping and of an amplitude, given in this unit, as they are shown; a share, or a plain number."""
-    kind = DAMPING if place["quantity"] in _OF_DAMPING else unit if place["quantity"] == "spectrum" else ""
-    if place["excess"] is not None and place["quantity"] in _RELATIVE:
-        return f"{of.number(100.0 * place['excess'], 3)} %"
-    if place["excess"] is None or not kind:
-        return of.number(place["excess"], 3)
-    factor, shown = shown_in(kind)
-    return f"{of.number(factor * place['excess'], 3)} {of.unit(shown)}".rstrip()
+    """An excess with its unit, amplitudes being given in this one."""
+    if place["excess"] is None:
+        return of.missing
+    factor, shown = shown_excess(place["quantity"], unit)
+    return f"{of.number(factor * place['excess'], 3)} {of.unit(shown)}".removesuffix(" ")
 
 
 def size_table(gap: Mapping[str, Any], of: Notation, caption: str, most: int | None = None) -> Table:
@@ -150,9 +145,8 @@ def _parameter(key: str, size: Mapping[str, Any], of: Notation) -> tuple[str, st
 
 def _interval(size: Mapping[str, Any], of: Notation) -> tuple[str, str, str]:
     """Median, interval and unit, as they are shown."""
-    factor, unit = shown_in(size["unit"])
-    low, high = size["interval90"] or (None, None)
-    return *of.interval(size["median"], low, high, factor=factor), of.unit(unit)
+    *ends, unit = shown_size(size)
+    return *of.interval(*ends), of.unit(unit)
 
 
 def _sizes_note(gap: Mapping[str, Any], most: int | None) -> str:
