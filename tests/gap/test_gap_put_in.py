@@ -44,7 +44,8 @@ def test_the_report_says_whether_its_numbers_contain_what_was_found() -> None:
     said = contained_sentence(unsure, carried("coulomb_friction"))
     assert said.startswith("The numbers of this report contain the first of these. ")
     assert contained_sentence(one, carried("fluid_memory")) == (
-        f"The numbers of this report contain “the wake lags”, as was asked, and not “dry friction”, which was found.{OUT}"
+        "The numbers of this report contain “the wake lags”, as was asked, and not “dry friction”, which was found."
+        + OUT
     )
 
 
