@@ -198,14 +198,17 @@ def _finding(placed: _Placed, records: np.ndarray) -> Finding | None:
     member = int(placed.size.members[record])
     fields: dict[str, Any] = {"effect": effect.name, "amplitude": span}
     if not placed.size.log:
-        fields["significance"] = float(abs(raw[member]) / raw_sd[member])
+        alone = float(abs(raw[member]) / raw_sd[member])
+        # of several sizes one may be nothing where all together are not
+        together = sum(p.unit == placed.size.unit for p in placed.variant.parameters) > 1
+        fields["significance"] = max(alone, abs(value) / sd) if together else alone
     if effect.size.span is not None:
         fields["amplitude"] = effect.size.span(placed.fit.table[record], span)
     if np.any(records & ~layout.wind):
         fields["test"] = None
     if np.count_nonzero(records) > 1:
         fields |= {"record": None, "time": None}
-    detail = f"{effect.title.lower()}: {effect.size.unit.format(at=at)}"
+    detail = f"{effect.title.lower()}: {effect.size.unit.format(at=data.campaign.section.motion.amplitude_text(at))}"
     return place(data, record, effect.size.quantity, value, sd, detail, **fields)
 
 
