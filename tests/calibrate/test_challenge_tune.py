@@ -184,6 +184,7 @@ def test_the_diagnosis_believes_what_the_shipped_file_says():
     shipped = json.loads((Path(thresholds.__file__).parent / "temperatures.json").read_text())
     assert Temperatures() == Temperatures(*(shipped[name] for name in ("against_none", "between", "floor")))
     assert all(row["cases"] == sum(row["kinds"].values()) and "seed" in row["settings"] for row in shipped["folders"])
-    assert all(f"{row['name']} ({row['cases']})" in thresholds.TUNED_ON for row in shipped["folders"])
+    assert sum(row["cases"] for row in shipped["folders"]) == thresholds.TUNED_ON
+    assert tuple(shipped["least"]) == thresholds.LEAST
     certain = probabilities({"none": 0.0, FRICTION: 1e4, MEMORY: -1.0}, {}, 0.5)
     assert certain[FRICTION] == pytest.approx(1.0 - shipped["floor"] * 2.0 / 3.0)

@@ -238,6 +238,16 @@ def test_a_further_effect_that_is_not_settled_has_advice_of_its_own(full: Diagno
     )
 
 
+def test_what_no_record_would_tell_is_no_advice(full: Diagnosis, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scruton.gap.advise.separation", lambda *_: 0.0)
+    monkeypatch.setattr("scruton.gap.advise.readings", lambda _table, amplitude: amplitude)
+    near = {name: full.log_weights[full.verdict] - 1.0 for name in full.log_weights if name != full.verdict}
+    close = replace(full, log_weights={**full.log_weights, **near}, probability={full.verdict: 0.9})
+    (line,) = advise(close)
+    assert line.startswith(f"no single further record would tell {full.verdict} from ")
+    assert not any("no single" in one for one in advise(replace(close, probability={full.verdict: 0.5})))
+
+
 def test_no_rig_with_less_damping_than_the_barest_is_asked_for(full: Diagnosis) -> None:
     layout = full.data.layout
     own = layout.scruton_number[full.data.middle]

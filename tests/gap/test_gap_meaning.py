@@ -12,15 +12,17 @@ from scruton.calibrate.challenge.case import simulate_case
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Parameter
 from scruton.dynamics.effects.effect import Extent
 from scruton.gap.attribute import weigh
-from scruton.gap.check import check, knocked
+from scruton.gap.check import SecondLine, check, knocked
 from scruton.gap.data import load_gap
-from scruton.gap.diagnose import _quantiles, examine
+from scruton.gap.diagnose import examine
 from scruton.gap.diagnosis import fit_null
-from scruton.gap.meaning import meaning
+from scruton.gap.meaning import foremost_line, lines_words, meaning
 from scruton.gap.screen import Screen
 from scruton.gap.shrink import _fraction
+from scruton.gap.sizes import _quantiles, whose
 from scruton.infer.cards import load_card
-from scruton.report.chapters.gap import contained_sentence, gap_sentence, gap_summary, shrink_sentence
+from scruton.report.chapters.gap import gap_summary
+from scruton.report.chapters.gap_words import gap_sentence, shrink_sentence
 from scruton.report.render_text import render_text
 from tests.report.fake_parts import GAP as MADE_UP
 
@@ -208,13 +210,82 @@ def test_what_an_unsettled_verdict_would_mean_is_said_under_a_condition() -> Non
 
 def test_held_out_errors_stand_by_test_before_the_density() -> None:
     shrink = GAP["shrink"] | {
-        "stable_amplitude": [{"test": "Sc 5", "measured": 0.1, "error_before": 0.05, "error_after": 0.01}],
+        "stable_amplitude": [{"test": "Sc 5", "rig": "r1", "scruton_number": 4.9, "measured": 0.1, "error_before": 0.05,
+                              "error_after": 0.01}],
         "damping_discrepancy": {"tests": [{"test": "Sc 5", "before": 0.2, "after": 1.5}]},
     }  # fmt: skip
     text = printed(shrink=shrink)
     (row,) = [line.split() for line in text.splitlines() if line.startswith("Sc 5")]
-    assert row == ["Sc", "5", "5.73", "5.0", "%", "1.0", "%", "20.0", "%", "150.0", "%"]
+    assert row == ["Sc", "5", "r1", "4.9", "5.73", "5.0", "%", "1.0", "%", "20.0", "%", "150.0", "%"]
     assert text.index("Sc 5") < text.index("Put into the model") < text.index("Probability")
+
+
+def test_in_still_air_held_out_errors_stand_by_record() -> None:
+    curves = {"tests": [], "records": [{"record": "one.csv", "rig": "r1", "before": 0.2, "after": 0.03}]}
+    text = printed(shrink=GAP["shrink"] | {"damping_discrepancy": curves})
+    (row,) = [line.split() for line in text.splitlines() if line.startswith("one.csv")]
+    assert row == ["one.csv", "r1", "20.0", "%", "3.0", "%"]
+    assert "over the structural damping" in text
+
+
+def test_a_size_stands_with_what_it_belongs_to_and_as_a_person_would_write_it() -> None:
+    size = {"median": -0.339, "interval90": [-0.399, -0.279], "unit": "tenths of the frequency", "form": "as A"}
+    effects = {"stiffness_nonlinearity": {"parameters": {"size": size | {"of": "every record"}}}}
+    text = printed(effects=effects)
+    (row,) = [line for line in text.splitlines() if line.startswith("stiffness_nonlinearity")]
+    assert row.split()[1:] == [
+        "size", "every", "record", "-3.39", "-3.99", "..", "-2.79", "%", "of", "the", "frequency", "as", "A"
+    ]  # fmt: skip
+
+
+def test_what_sizes_belong_to_has_its_name() -> None:
+    layout = SimpleNamespace(
+        records=("a", "b", "c", "d", "e"), rig=np.array([0, 0, 0, 1, 1]), test=np.array([-1, 0, 0, -1, 1]),
+        wind=np.array([False, True, True, False, True]),
+    )  # fmt: skip
+    data: Any = SimpleNamespace(layout=layout, rigs=("r1", "r2"), tests=("Sc 2", "Sc 9"))
+    for records, words in {
+        "abcde": "every record", "bce": "every test", "abc": "rig r1", "bc": "test Sc 2", "b": "record b",
+        "e": "test Sc 9", "d": "record d", "bd": "records b, d", "abce": "4 records",
+    }.items():  # fmt: skip
+        assert whose(data, np.array([name in records for name in layout.records])) == words
+
+
+def test_sizes_and_errors_name_rig_test_and_record(settings: dict[str, Any], jumped: dict[str, Any]) -> None:
+    for one in settings["shrink"]["stable_amplitude"]:
+        assert one["rig"].startswith("rig")
+        assert one["scruton_number"] > 0.0
+    for key, size in settings["effects"]["setting_dependence"]["parameters"].items():
+        if "[" in key:
+            assert size["of"] == f"test {key.partition('[')[2].rstrip(']')}"
+    assert all(size["of"] for size in jumped["effects"]["unknown"]["parameters"].values())
+    assert jumped["unknown"]["unit"] == "of the drive"
+
+
+def test_the_line_that_stands_in_most_records_is_named() -> None:
+    cycles = {name: SimpleNamespace(amplitude=np.full(9, 0.05), reference_frequency=10.0) for name in "abcd"}
+    data: Any = SimpleNamespace(cycles=cycles)
+    lines = [
+        SecondLine("a", 14.66, 0.004, 90.0),
+        SecondLine("b", 35.4, 0.0005, 40.0),
+        SecondLine("c", 36.2, 0.001, 50.0),
+        SecondLine("d", 7.0, 0.0001, 35.0),
+    ]
+    assert {line.record for line in foremost_line(lines)} == {"b", "c"}
+    assert lines_words(lines, data) == (
+        "35.4 to 36.2 Hz in 2 records, most in c (3.62 times the frequency of the response, 2 % of its amplitude), and "
+        "others in 2 records"
+    )
+    assert lines_words(lines[:1], data).startswith("14.66 Hz in a (1.47 times")
+
+
+def test_the_strongest_places_of_an_unknown_are_where_it_acts(jumped: dict[str, Any]) -> None:
+    _, _, strongest = jumped["unknown"]["text"].partition("Strongest: ")
+    there = set(jumped["unknown"]["records"])
+    places = [place for place in jumped["where"] if place["record"] is not None]
+    away = {f"{one['quantity']} in {one['record']}" for one in places if one["record"] not in there}
+    assert not any(one in strongest for one in away)
+    assert len(there) == len(jumped["where"]) or strongest
 
 
 def test_a_runner_up_that_does_better_on_records_held_out_is_said() -> None:
@@ -229,14 +300,17 @@ def test_a_runner_up_that_does_better_on_records_held_out_is_said() -> None:
 
 def test_places_have_their_units_and_lists_that_end_say_so() -> None:
     place = GAP["where"][0] | {"rig": "r"}
-    where = [place | {"quantity": quantity, "excess": 0.01} for quantity in ("test", "branch", "spectrum", "scatter")]
+    kinds = ("test", "branch", "spectrum", "scatter", "frequency")
+    where = [place | {"quantity": quantity, "excess": 0.01} for quantity in kinds]
     size = {"median": 0.1, "interval90": [0.09, 0.11], "unit": "of the relaxation damping", "form": "friction"}
     effects = {"coulomb_friction": {"parameters": {f"size[{i}]": size for i in range(9)}}}
     text = printed(where=where, effects=effects, sizes_refer_to="the null model at Sc 5")
     ends = {line.split()[0]: line.split()[-2:] for line in text.splitlines() if " r  still air" in line}
-    assert ends["test"] == ends["branch"] == ["1", "%"]
+    assert ends["test"] == ends["branch"] == ends["frequency"] == ["1", "%"]
     assert ends["spectrum"] == ["0.573", "deg"]
     assert ends["scatter"][-1] == "0.01"
+    told = place | {"quantity": "scatter", "detail": "excess kurtosis of the innovations"}
+    assert "excess kurtosis of the innovations" in printed(where=[told]), "a number without a unit has words"
     assert "reference amplitude are those of the null model at Sc 5. 3 more are in gap.json." in text
 
 
@@ -253,23 +327,6 @@ def test_that_nothing_was_found_may_be_unsettled_too() -> None:
     )
     sure = {"none": 0.82, "coulomb_friction": 0.18}
     assert gap_sentence(nothing | {"probability": sure}) == "The null model and the records agree within their noise."
-
-
-def test_the_report_says_whether_its_numbers_contain_what_was_found() -> None:
-    gap = SURE | {"meaning": {"text": "`--effect auto` puts it in.", "moves": "It moves by 5 %."}}
-    assert contained_sentence(gap, {"effect": {"used": "coulomb_friction"}}) == (
-        "The numbers here contain it. It moves by 5 %. The same command without `--effect` takes it out."
-    )
-    assert contained_sentence(gap, {}) == "The numbers here do not contain it. It moves by 5 %."
-    still = SURE | {"meaning": gap["meaning"] | {"moves": ""}}
-    assert contained_sentence(still, {}) == "The numbers here do not contain it. `--effect auto` puts it in."
-    assert contained_sentence(gap | {"verdict": "none"}, {}) == ""
-    unsure = gap | {"probability": {"none": 0.1, "coulomb_friction": 0.5, "fluid_memory": 0.4}}
-    assert contained_sentence(unsure, {}) == (
-        "The numbers here do not contain it. If it is the first of these: it moves by 5 %."
-    )
-    used = {"effect": {"used": "coulomb_friction"}}
-    assert contained_sentence(unsure, used).startswith("The numbers here contain the first of these. ")
 
 
 @pytest.mark.parametrize(("centre", "sd"), [(1.0, 0.1), (0.0, 1.0), (-2.0, 1.0), (-40.0, 1.0)])

@@ -18,7 +18,7 @@ from scruton.gap.density import density, posterior_at_mode, posterior_without, r
 from scruton.gap.diagnosis import NONE, Diagnosis, fit_null
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.shrink import shrink
-from scruton.report.chapters.gap import shrink_sentence
+from scruton.report.chapters.gap_words import shrink_sentence
 
 
 def diagnosed(campaign: Campaign, effect: str | None, label: str = "", rival: str = "") -> Diagnosis:

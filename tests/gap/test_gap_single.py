@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from scruton.cli import main
-from scruton.report.chapters.gap import shrink_sentence
+from scruton.report.chapters.gap_words import shrink_sentence
 from scruton.simulate import write_campaign
 
 HEAD = """

@@ -240,6 +240,11 @@ def test_no_identifier_stands_in_prose(heaving):
         named += [(found[0], text[:80]) for found in [IDENTIFIER.search(text)] if found]
     assert not named
     assert [text for text in texts(document) if "state them with the bridge, or leave them out there" in text]
+    advice = [text for text in texts(document.chapters) if "would tell" in text]
+    assert advice == [
+        "another growth would tell “aerodynamic parameters differ from test to test, not by the reduced velocity” from "
+        "“aerodynamic parameters change with the reduced velocity” by 5 sigma"
+    ]
     rows = {row[0]: row for row in table_of(document, "inputs").rows}
     assert rows["mode V1, damping ratio"][1:] == ("0.3 ± 0.10 %", "stated; sd by default", "by judgement")
     assert rows["bridge, damper, largest stroke"][1:3] == ("0.6 m", "default")

@@ -585,7 +585,7 @@ def test_every_table_has_a_csv_and_a_latex_file_and_every_number_is_in_the_json(
         assert f"{one.name}.tex" in names
         assert f"{one.data or one.name}.csv" in names, one.name
     with (tmp_path / "gap_where.csv").open(encoding="utf-8") as file:
-        assert next(csv.reader(file))[0] == "quantity"
+        assert next(csv.reader(file))[0] == "what"
     content = numbers(whole, document)
     json.dumps(content, allow_nan=False)
     row = next(one for one in content["tables"]["posterior"] if one["parameter"] == "a_star")

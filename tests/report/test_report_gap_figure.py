@@ -3,15 +3,17 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 
 from scruton.calibrate.challenge.case import simulate_case
 from scruton.gap.diagnosis import Diagnosis, diagnose
 from scruton.gap.finding import Finding
 from scruton.gap.locate import locate
 from scruton.gap.locate_curves import excess_curves
-from scruton.report.chapters.gap import shrink_sentence
+from scruton.report.chapters.gap_words import shrink_sentence
 from scruton.report.figures import save
 from scruton.report.figures.gap import gap_figure
 
@@ -71,6 +73,76 @@ def test_rigs_have_none_of_the_colours_of_growth_decay_and_still_air(
     assert not above & {line.get_color() for line in rigs}
     assert len({line.get_marker() for line in rigs}) == len(diagnosis.data.rigs)
     assert not above & {to_hex(bar.get_facecolor()).upper() for bar in causes.patches}
+
+
+def titles(figure: Figure) -> list[str]:
+    return [one.get_title(loc="left").replace("\n", " ") for one in figure.subfigs[0].axes]
+
+
+def test_rows_stand_in_the_order_of_the_scruton_numbers_and_what_is_left_out_is_said(
+    clipped: tuple[Diagnosis, tuple[Finding, ...]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    diagnosis, findings = clipped
+    layout = diagnosis.data.layout
+    # the rig that is first in the campaign has the largest Scruton number
+    falling = {0: 30.0, 1: 20.0, 2: 10.0}
+    numbers = np.array([falling[i] if i >= 0 else np.nan for i in layout.test.tolist()])
+    turned = replace(diagnosis, data=replace(diagnosis.data, layout=replace(layout, scruton_number=numbers)))
+    drawn = gap_figure(turned, findings)
+    found = [title for title in titles(drawn.figure) if "still air" not in title]
+    assert [name in title for name, title in zip(diagnosis.data.tests[::-1], found, strict=True)] == [True] * 3
+    assert "against amplitude for every test and" in drawn.caption
+    monkeypatch.setattr("scruton.report.figures.gap.GAP_ROWS", 2)
+    fewer = gap_figure(diagnosis, findings)
+    assert len([title for title in titles(fewer.figure) if "still air" not in title]) == 2
+    (missing,) = [name for name in diagnosis.data.tests if not any(name in title for title in titles(fewer.figure))]
+    said = f"depart least: {missing} (1 of 3)"
+    assert said in fewer.figure.subfigs[0].get_suptitle().replace("\n", " ")
+    assert "2 tests, left out" in fewer.caption
+    assert said in fewer.caption
+
+
+def test_how_large_it_is_stands_under_the_title(clipped: tuple[Diagnosis, tuple[Finding, ...]]) -> None:
+    diagnosis, findings = clipped
+    line = gap_figure(diagnosis, findings).figure.subfigs[0].get_suptitle().replace("\n", " ")
+    assert line.startswith("Size (90 % interval): sensor clipping ")
+    assert "relative error of the reading at the largest amplitude" in line
+    without = gap_figure(diagnosis, ()).figure.subfigs[0].get_suptitle()
+    assert "saturation" in without, "a parameter, with its form, where no place tells"
+
+
+def test_a_second_effect_has_a_bar_of_its_own_probability(clipped: tuple[Diagnosis, tuple[Finding, ...]]) -> None:
+    diagnosis, findings = clipped
+    both = replace(diagnosis, found=(diagnosis.verdict, "fluid_memory"), also={"fluid_memory": 0.87})
+    bars = gap_figure(both, findings).figure.subfigs[1].axes[-1]
+    labels = [label.get_text().replace("\n", " ") for label in bars.get_yticklabels()]
+    assert labels[-1] == "beside it: fluid memory"
+    assert labels.count("fluid memory") == 0
+    assert bars.patches[-1].get_width() == pytest.approx(0.87)
+
+
+def test_where_an_unknown_cause_acts_its_records_are_named(
+    clipped: tuple[Diagnosis, tuple[Finding, ...]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    diagnosis, findings = clipped
+    layout = diagnosis.data.layout
+    record = int(np.flatnonzero(layout.wind)[0])
+    name, test = layout.records[record], diagnosis.data.tests[layout.test[record]]
+    monkeypatch.setattr("scruton.report.figures.gap.describe_unknown", lambda *_: {"records": [name]})
+    marked = [title for title in titles(gap_figure(diagnosis, findings).figure) if "not in the catalogue" in title]
+    assert len(marked) == 1
+    assert test in marked[0]
+    assert f"not in the catalogue in {name}" in marked[0]
+
+
+def test_a_heavy_line_of_frequency_is_explained(clipped: tuple[Diagnosis, tuple[Finding, ...]]) -> None:
+    diagnosis, findings = clipped
+    curves = excess_curves(diagnosis.null)
+    bent = [replace(c, excess=c.excess + 0.1) for c in curves.frequency]
+    figure = gap_figure(diagnosis, findings, replace(curves, frequency=bent)).figure
+    assert "frequency, where it changes" in [text.get_text() for text in figure.legends[0].get_texts()]
+    names = [text.get_text() for text in figure.subfigs[1].axes[0].get_legend().get_texts()]
+    assert names == list(diagnosis.data.rigs), "a colour for every rig, in order"
 
 
 def test_the_headline_says_the_verdict(clipped: tuple[Diagnosis, tuple[Finding, ...]]) -> None:

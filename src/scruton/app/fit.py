@@ -132,7 +132,7 @@ def carry(fit: "Fit", campaign: Campaign, effect: str, seed: int, progress: Prog
     """
     from scruton.gap.bands import attach
     from scruton.gap.data import load_gap
-    from scruton.gap.diagnosis import diagnose_data
+    from scruton.gap.diagnosis import NONE, diagnose_data
 
     card = fit.card
     data = load_gap(campaign, card)
@@ -140,10 +140,10 @@ def carry(fit: "Fit", campaign: Campaign, effect: str, seed: int, progress: Prog
         data, data.campaign, prior=card.effect_weights, prior_none=card.prior_none,
         progress=progress,
     )  # fmt: skip
-    name = attach(fit.tree, diagnosis, effect, seed)
+    names = attach(fit.tree, diagnosis, effect, seed) or (NONE,)
     fit.summary["effect"] = {
-        "asked": effect, "used": name, "also": list(diagnosis.found[1:]) if name == diagnosis.verdict else [],
-        "probability": diagnosis.probability.get(name, 0.0),
+        "asked": effect, "used": names[0], "also": list(names[1:]),
+        "probability": diagnosis.also.get(names[0], diagnosis.probability.get(names[0], 0.0)),
     }  # fmt: skip
 
 

@@ -57,10 +57,11 @@ def read_fit(results: Path, effect: str | None, wanted: str) -> "Fitted":
     tree, summary = read_draws(results)
     if not summary["tests"]:
         raise InputError(results, "", "a campaign without tests in wind", wanted)
-    carried = summary.get("effect", {}).get("used")
-    if effect is not None and (carried is None or effect not in ("auto", carried)):
+    entry = summary.get("effect", {})
+    carried = [entry["used"], *entry.get("also", ())] if entry else []
+    if effect is not None and (not carried or effect not in ("auto", *carried)):
         raise InputError(
-            results, "--effect", f"a fit that carries {carried or 'no effect'}",
+            results, "--effect", f"a fit that carries {' and '.join(carried) or 'no effect'}",
             f"the folder of `scruton fit CAMPAIGN --effect {effect}`",
         )  # fmt: skip
     return tree, summary

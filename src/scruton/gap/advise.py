@@ -16,7 +16,7 @@ from scruton.gap.data import GapData
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.further_record import FurtherRecord, separation
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
-from scruton.gap.meaning import known_by_lines, line_words, strange_lines
+from scruton.gap.meaning import known_by_lines, lines_words, strange_lines
 from scruton.gap.speeds import DRIFT, SETTING
 from scruton.gap.thresholds import BLIND, COSTS, FAR_MORE_PROBABLE, WANTED
 
@@ -145,39 +145,48 @@ def advise(diagnosis: Diagnosis) -> list[str]:
     """
     records = list(_records(diagnosis))
     verdict, null = diagnosis.verdict, diagnosis.null
-    lines: list[str] = []
+    lines: dict[str, str] = {}
     if verdict == NONE:
         doubts = _doubts(diagnosis, records)
-        lines += doubts.values()
+        lines |= doubts
         space, typical = _Tangent(null.hypothesis, null.mode), _typical(diagnosis)
         seen = {name: space.left(_signature(null, space, variant)) for name, variant in typical.items()}
         for name in sorted(seen, key=lambda name: seen[name])[: thresholds.MOST_RIVALS]:
             if seen[name] < WANTED and name not in doubts:
                 larger = null.hypothesis.extended(typical[name])
                 truth = larger, larger.start_from(null.mode, _usual(typical[name]))
-                lines.append(_line(f"{name} of {_USUAL}", NONE, seen[name], truth, null, records))
-        return [line for line in lines if line] or [
-            f"an effect of {_USUAL} would be seen in these records, whichever of the catalogue"
-        ]
+                lines[name] = _line(f"{name} of {_USUAL}", NONE, seen[name], truth, null, records)
+        return (
+            [line for line in lines.values() if line]
+            or _told_by_none(NONE, lines)
+            or [f"an effect of {_USUAL} would be seen in these records, whichever of the catalogue"]
+        )
     near = _near(diagnosis)
     truth = diagnosis.final.hypothesis, diagnosis.final.mode
     for name, fit in near:
         now = _behind(diagnosis, name)
         if now < WANTED:
-            lines.append(_line(verdict, name, now, truth, fit, records))
-    lines += _beside(diagnosis, records)
-    lines = [*_speeds(diagnosis), *_again(diagnosis), *(line for line in lines if line)]
-    if lines:
-        return lines
+            lines[name] = _line(verdict, name, now, truth, fit, records)
+    found = [*lines.values(), *_beside(diagnosis, records)]
+    if found := [*_speeds(diagnosis), *_again(diagnosis), *(line for line in found if line)]:
+        return found
     if diagnosis.probability[verdict] < thresholds.SETTLED:
         # told apart by the numbers, and yet not sure: forms, not noise, are what is in doubt
         return [f"a repeat of {_strongest(diagnosis)} would tell whether what is seen there comes again"]
+    if untold := _told_by_none(verdict, lines):
+        return untold
     if not near:
         return [f"no rival of {verdict} is near: no further record is needed to name it"]
     return [
         f"{verdict} is told from its nearest rival {near[0][0]} by {_behind(diagnosis, near[0][0]):.0f} sigma: "
         "no further record is needed to name it"
     ]
+
+
+def _told_by_none(verdict: str, lines: Mapping[str, str]) -> list[str]:
+    """That no record would tell the verdict from its rivals, where there is nothing else to be said."""
+    untold = [name for name, line in lines.items() if not line]
+    return [f"no single further record would tell {verdict} from {' or '.join(untold)}"] if untold else []
 
 
 def _doubts(diagnosis: Diagnosis, records: list[FurtherRecord]) -> dict[str, str]:
@@ -248,13 +257,13 @@ def _again(diagnosis: Diagnosis) -> list[str]:
         "tell what comes and goes from what depends on the amplitude"
     )
     lines = strange_lines(diagnosis)
-    return [*([] if known_by_lines(diagnosis) else [again]), *(_of_a_line(lines[0], diagnosis.data) if lines else ())]
+    return [*([] if known_by_lines(diagnosis) else [again]), *(_of_a_line(lines, diagnosis.data) if lines else ())]
 
 
-def _of_a_line(line: SecondLine, data: GapData) -> list[str]:
-    """Whether a line beside the response is a mode's or hum, and how to do without it."""
+def _of_a_line(lines: Sequence[SecondLine], data: GapData) -> list[str]:
+    """Whether the foremost line beside the response is a mode's or hum, and how to do without it."""
     return [
-        f"a record with a second sensor elsewhere on the section, of what moves at {line_words(line, data)}: another "
+        f"a record with a second sensor elsewhere on the section, of what moves at {lines_words(lines, data)}: another "
         "mode has a shape of its own there, hum has none and stays when the section is held still",
         "the same records with a `band` about the response in campaign.toml: the rest can be diagnosed without it",
     ]
@@ -290,7 +299,7 @@ def _line(
     other: FittedHypothesis,
     records: list[FurtherRecord],
 ) -> str:
-    """The advice against one rival; empty where no record can be imagined."""
+    """The advice against one rival; empty where no record can be imagined that would tell it."""
     options = []
     for record in records:
         with suppress(LookupError, np.linalg.LinAlgError):
@@ -307,7 +316,7 @@ def _line(
     enough = [option for option in options if option[0] >= WANTED]
     sigma, _, text = min(enough, key=lambda option: (option[1], -option[0])) if enough else max(options)
     if sigma < now + 0.5:
-        return f"no single further record would tell {verdict} from {rival} ({now:.1f} sigma now)"
+        return ""
     return f"{text} would tell {verdict} from {rival} by {sigma:.0f} sigma ({now:.1f} now)"
 
 

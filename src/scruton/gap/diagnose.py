@@ -5,12 +5,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.special import log_ndtr, ndtri, ndtri_exp
 
 from scruton.campaign import Campaign, load_campaign
 from scruton.campaign.remarks import sentences
 from scruton.documents import as_json
-from scruton.dynamics.effects import Parameter
 from scruton.envelope.inspection import SET_ASIDE
 from scruton.gap.advise import advise, confusions
 from scruton.gap.data import GapData, load_gap
@@ -23,7 +21,8 @@ from scruton.gap.locate_curves import Curves, excess_curves
 from scruton.gap.meaning import describe_unknown, meaning
 from scruton.gap.results import FORMAT
 from scruton.gap.shrink import shrink
-from scruton.gap.thresholds import ANY_TEMPERATURE, FLOOR, TEMPERATURE, TUNED_ON
+from scruton.gap.sizes import found_parameters
+from scruton.gap.thresholds import ANY_TEMPERATURE, FLOOR, LEAST, TEMPERATURE, TUNED_ON
 from scruton.infer.cards import ModelCard, load_card
 from scruton.progress import Progress
 from scruton.provenance import provenance
@@ -102,14 +101,11 @@ def examine(
         "meaning": meaning(diagnosis, design_sc),
         "unknown": describe_unknown(diagnosis, findings),
         "where": [finding.to_json() for finding in findings],
-        "shrink": shrink(diagnosis, alike=groups[0], workers=workers) if gap else {},
+        "shrink": _by_rig(shrink(diagnosis, alike=groups[0], workers=workers), diagnosis.data) if gap else {},
         "effects": {name: {"parameters": found_parameters(diagnosis, name)} for name in diagnosis.found},
         "advice": advise(diagnosis),
         "invisible": invisible(diagnosis),
-        "calibrated_on": (
-            f"simulated campaigns of three rigs from full equations of motion: {TUNED_ON}; evidences are divided by "
-            f"{TEMPERATURE:g} between effects, by {ANY_TEMPERATURE:g} against none, {FLOOR:.0%} is dealt out evenly"
-        ),
+        "calibrated_on": _temperatures(),
         "sizes_refer_to": _reference(diagnosis.data),
         "evidence": _evidence(diagnosis, thorough),
         "checks": as_json({name: vars(mark) for name, mark in diagnosis.checks.items()}),
@@ -124,6 +120,32 @@ def examine(
         ),
     }  # fmt: skip
     return diagnosis, content, findings, curves
+
+
+def _temperatures() -> str:
+    """What turns evidences into probabilities, and by what it was set."""
+    least = " and ".join(f"{one:g}" for one in LEAST)
+    by = f"set by {TUNED_ON} simulated campaigns"
+    if (ANY_TEMPERATURE, TEMPERATURE) == LEAST:
+        by = f"set no lower than {least}, which is more than {TUNED_ON} simulated campaigns ask for"
+    return (
+        f"evidences are divided by {ANY_TEMPERATURE:g} against none and by {TEMPERATURE:g} between effects, {by}; "
+        f"{100.0 * FLOOR:g} % is dealt out evenly"
+    )
+
+
+def _by_rig(shrunk: dict[str, Any], data: GapData) -> dict[str, Any]:
+    """The same with the rig of every test and record that was left out, and the Scruton number of a test."""
+    layout = data.layout
+    of = {data.tests[j]: (data.rigs[layout.rig[r]], float(layout.scruton_number[r])) for j, r in
+          data.first_in_wind.items()}  # fmt: skip
+    rigs = {name: data.rigs[i] for name, i in zip(layout.records, layout.rig, strict=True)}
+    for one in shrunk["stable_amplitude"]:
+        one["rig"], one["scruton_number"] = of[one["test"]]
+    curves = shrunk["damping_discrepancy"] or {}
+    for one in [*curves.get("tests", ()), *curves.get("records", ())]:
+        one["rig"] = of[one["test"]][0] if "test" in one else rigs[one["record"]]
+    return shrunk
 
 
 def left_out_tests(data: GapData) -> list[str]:
@@ -187,45 +209,3 @@ def _evidence(diagnosis: Diagnosis, thorough: bool) -> dict[str, Any]:
         "gain": {k: v if np.isfinite(v) else None for k, v in gains.items()}, "leaders": checked,
         "at_other_speeds": dict(diagnosis.at_other_speeds),
     }  # fmt: skip
-
-
-def found_parameters(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
-    """Median and 90 % interval of every parameter of an effect that was found, in its own unit."""
-    fit, records = diagnosis.final, diagnosis.data.layout.records
-    table: dict[str, Any] = {}
-    for i, variant in enumerate(fit.hypothesis.variants):
-        for p in variant.parameters if variant.effect == name else ():
-            for j, (centre, sd) in enumerate(zip(*fit.value(p.name, i), strict=True)):
-                low, middle, high = _quantiles(p, float(centre), float(sd))
-                members = [record for record, member in zip(records, p.members, strict=True) if member == j]
-                table[p.name if p.size == 1 else f"{p.name}[{_whose(diagnosis, p, j)}]"] = {
-                    "median": middle, "interval90": [low, high], "unit": p.unit, "form": variant.label,
-                    "records": members if len(members) < len(records) else "all",
-                }  # fmt: skip
-    return table
-
-
-def _whose(diagnosis: Diagnosis, parameter: Parameter, member: int) -> str:
-    """The test, rig or record that one of several values belongs to."""
-    data, inside = diagnosis.data, parameter.members == member
-    first = int(np.argmax(inside))
-    test, rig = data.layout.test == data.layout.test[first], data.layout.rig == data.layout.rig[first]
-    if data.layout.wind[first] and np.array_equal(inside, test):
-        return str(data.tests[data.layout.test[first]])
-    if inside.sum() > 1 and not np.any(inside & ~rig):
-        return str(data.rigs[data.layout.rig[first]])
-    return str(data.layout.records[first])
-
-
-def _quantiles(parameter: Parameter, centre: float, sd: float) -> tuple[float, float, float]:
-    """5, 50 and 95 % points of a parameter in its own unit; one that cannot be negative is cut off at zero."""
-    points = np.array([0.05, 0.5, 0.95])
-    if parameter.positive and not parameter.log:  # by the logarithm of what lies above: of the far tail, too
-        low, middle, high = centre - sd * ndtri_exp(log_ndtr(centre / sd) + np.log1p(-points))
-        return float(low), float(middle), float(high)
-    low, middle, high = centre + sd * ndtri(points)
-    return (
-        (float(np.exp(low)), float(np.exp(middle)), float(np.exp(high)))
-        if parameter.log
-        else (float(low), float(middle), float(high))
-    )

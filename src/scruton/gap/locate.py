@@ -205,7 +205,7 @@ def _finding(placed: _Placed, records: np.ndarray) -> Finding | None:
         fields["test"] = None
     if np.count_nonzero(records) > 1:
         fields |= {"record": None, "time": None}
-    detail = f"{effect.title.lower()}: {effect.size.unit.format(at=at)}"
+    detail = f"{effect.title.lower()}: {effect.size.unit.format(at=data.campaign.section.motion.amplitude_text(at))}"
     return place(data, record, effect.size.quantity, value, sd, detail, **fields)
 
 

@@ -16,7 +16,7 @@ from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis, unexplained_lines
 from scruton.gap.finding import Finding, amplitudes_of
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.search import best_of
-from scruton.gap.thresholds import COLOURED, PLACES_DESCRIBED, UNKNOWN_NATS, UNMOVED
+from scruton.gap.thresholds import COLOURED, PLACES_DESCRIBED, SAME_LINE, UNKNOWN_NATS, UNMOVED
 
 _EXCESS = slice(Term.HAT, Term.BUMP + 1)
 _COLOUR = {
@@ -41,38 +41,44 @@ def meaning(diagnosis: Diagnosis, design_sc: Sequence[float] = ()) -> dict[str, 
         `amplitude_change`: relative, of the bridge's stable amplitude at its first Scruton number, once the effects
         found are in the model and what is the rig's own stays there; of an unknown cause the standard deviation of
         ln(amplitude) that it adds; None without a test in wind.  `at`: `scruton_number` and `amplitude_change` of each
-        (not of an unknown cause, which adds the same at all).  `command`: the option of `scruton fit`, `predict` and
-        `size` that puts it in.  `moves`: the change for people.  `text`: all of it for people.  Empty where there is
-        no gap.
+        (not of an unknown cause, which adds the same at all).  `command`: the option of `scruton fit` and `report`
+        that puts it in, None where nothing is to be put in.  `moves`: the change for people.  `remarks`: what else is
+        to be known, a sentence each.  `text`: all of it for people, of predictions that were told nothing.
     """
-    if diagnosis.verdict == NONE:
-        return {}
     at = _changes(diagnosis, design_sc)
     change = discrepancy_of_the_unknown(diagnosis) if _adds_spread(diagnosis) else at[0][1] if at else None
     # the verdict's own name follows what another run finds
-    command = "--effect auto"
+    command: str | None = "--effect auto"
     owners = {CATALOGUE[name].belongs for name in diagnosis.found if name in CATALOGUE}
     moves = _moves(diagnosis, change, at if design_sc else [])
-    parts = [
-        f"Predictions contain it only where they are told to: `{command}` of `scruton fit` or `scruton report` puts it "
-        "in.",
-        moves,
-    ]
-    if change is None:
-        parts = ["There is no test in wind: nothing is predicted from these records."]
-    elif diagnosis.verdict == UNKNOWN and change < UNMOVED:
-        parts = [f"{moves} Predictions stay as they are, with `{command}` or without."]
+    remarks = []
     if "wind_speed_drift" in diagnosis.found:
-        parts.append("A step of the wind at one moment leaves much the same: look at the logged wind speed.")
+        remarks.append("A step of the wind at one moment leaves much the same: look at the logged wind speed.")
     if Belongs.RIG in owners and change is not None:
-        parts.append(
+        remarks.append(
             "What belongs to the rig stays in the laboratory; the wind's part, freed of it, goes to the bridge."
         )
     if owners & {Belongs.SENSOR, Belongs.RUN}:
-        parts.append("What belongs to a sensor or a run is better mended: take the records anew, or leave them out.")
+        remarks.append("What belongs to a sensor or a run is better mended: take the records anew, or leave them out.")
+    if diagnosis.verdict == NONE:
+        command, first = None, "There is nothing to be put into the predictions."
+    elif change is None:
+        command, first = None, "There is no test in wind: nothing is predicted from these records."
+    elif diagnosis.verdict == UNKNOWN and change < UNMOVED:
+        command, first = None, f"{moves} Predictions stay as they are, with `{command}` or without."
+    else:
+        named = [name for name in diagnosis.found if name in CATALOGUE]
+        alone = " or ".join(f"`--effect {name}`" for name in named) if len(diagnosis.found) > 1 else ""
+        first = (
+            "Predictions contain it only where they are told to: "
+            f"`{command}` of `scruton fit` or `scruton report` puts {'all of it' if alone else 'it'} in"
+            f"{f', {alone} that alone' if alone else ''}. {moves}"
+        )
     each = [{"scruton_number": number, "amplitude_change": moved} for number, moved in at]
-    text = " ".join(filter(None, parts))
-    return {"amplitude_change": change, "at": each, "command": command, "moves": moves, "text": text}
+    text = " ".join([first, *remarks])
+    return {
+        "amplitude_change": change, "at": each, "command": command, "moves": moves, "remarks": remarks, "text": text,
+    }  # fmt: skip
 
 
 def _adds_spread(diagnosis: Diagnosis) -> bool:
@@ -96,7 +102,7 @@ def _moves(diagnosis: Diagnosis, change: float | None, design: Sequence[tuple[fl
 def _changes(diagnosis: Diagnosis, design_sc: Sequence[float]) -> list[tuple[float, float | None]]:
     """Scruton numbers with the relative change of the bridge's stable amplitude there; None where there is none."""
     r = diagnosis.data.middle
-    if r < 0 or diagnosis.verdict == UNKNOWN:
+    if r < 0 or diagnosis.verdict in (NONE, UNKNOWN):
         return []
 
     def settled(fit: FittedHypothesis, number: float | None) -> float:
@@ -125,14 +131,36 @@ def known_by_lines(diagnosis: Diagnosis) -> list[SecondLine]:
     return strange_lines(diagnosis) if generic < UNKNOWN_NATS else []
 
 
-def line_words(line: SecondLine, data: GapData) -> str:
-    """Where a line stands, and how large it is beside the response."""
-    cycles = data.cycles[line.record]
-    off, size = line.frequency / cycles.reference_frequency, line.amplitude / float(np.median(cycles.amplitude))
-    return (
-        f"{line.frequency:.4g} Hz in {line.record} ({off:.3g} times the frequency of the response, "
-        f"{100.0 * size:.2g} % of its amplitude)"
+def foremost_line(lines: Sequence[SecondLine]) -> list[SecondLine]:
+    """Of lines in several records the one that stands in most of them, then the largest; all records that it is in.
+
+    Those of neighbouring frequencies are one: a mode's follows the amplitude and the setting a little.
+    """
+    groups: list[list[SecondLine]] = []
+    for line in sorted(lines, key=lambda one: one.frequency):
+        near = bool(groups) and line.frequency <= groups[-1][-1].frequency * (1.0 + SAME_LINE)
+        groups = [*groups[:-1], [*groups[-1], line]] if near else [*groups, [line]]
+    return max(groups, key=lambda group: (len({one.record for one in group}), max(one.amplitude for one in group)))
+
+
+def lines_words(lines: Sequence[SecondLine], data: GapData) -> str:
+    """Where the foremost of some lines stands, how large it is beside the response, and how many others there are."""
+    group = foremost_line(lines)
+
+    def share(line: SecondLine) -> float:
+        return line.amplitude / float(np.median(data.cycles[line.record].amplitude))
+
+    largest = max(group, key=share)
+    ends = [f"{end:.4g}" for end in (group[0].frequency, group[-1].frequency)]
+    count = len({one.record for one in group})
+    off = largest.frequency / data.cycles[largest.record].reference_frequency
+    where = f"{largest.record}" if count == 1 else f"{count} records, most in {largest.record}"
+    words = (
+        f"{' to '.join(dict.fromkeys(ends))} Hz in {where} ({off:.3g} times the frequency of the response, "
+        f"{100.0 * share(largest):.2g} % of its amplitude)"
     )
+    others = len({one.record for one in lines if one not in group})
+    return f"{words}, and others in {others} record{'s' if others > 1 else ''}" if others else words
 
 
 def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[str, Any]:
@@ -143,9 +171,10 @@ def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[
     dict
         `form`; `amplitude`: range in the records in which it acts, A/D or rad; `records`: those; `largest`: excess
         damping over the relaxation damping, relative scatter of the drive, a relative change of it or of the frequency,
-        or a line's amplitude over the response's median one; `coloured`: whether what the null model leaves is
-        predictable from cycle to cycle, None where no record is long enough to tell; `lines`: beside the response,
-        each with `record`, `frequency` (Hz), `amplitude` (A/D or rad); `text`.  Empty where the verdict is another.
+        or a line's amplitude over the response's median one, which `unit` says, None for nothing; `coloured`: whether
+        what the null model leaves is predictable from cycle to cycle, None where no record is long enough to tell;
+        `lines`: beside the response, each with `record`, `frequency` (Hz), `amplitude` (A/D or rad); `text`.  Empty
+        where the verdict is another.
     """
     if diagnosis.verdict != UNKNOWN:
         return {}
@@ -154,8 +183,8 @@ def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[
     p, unit = diagnosis.checks[NONE].colour, data.campaign.section.motion.amplitude_text
     coloured = None if np.isnan(p) else bool(p < COLOURED)
     if by_lines:
-        own = {line.record for line in lines}
-        acting = np.array([name in own for name in layout.records])
+        lined = {line.record for line in lines}
+        acting = np.array([name in lined for name in layout.records])
         form, what = "a line beside the response", "of the response's amplitude"
         largest = max(line.amplitude / float(np.median(data.cycles[line.record].amplitude)) for line in lines)
     elif any(one.effect == UNKNOWN for one in diagnosis.final.hypothesis.variants):
@@ -173,18 +202,32 @@ def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[
         f"{len(records)} of {len(layout.records)} records" if len(records) > PLACES_DESCRIBED else ", ".join(records)
     )
     size = f"up to {largest:.2g} {what} at" if what else "at"
-    seen = [f"{finding.quantity} in {finding.record or finding.test or finding.rig}" for finding in findings]
-    strongest = "; ".join(dict.fromkeys(seen[:PLACES_DESCRIBED]))
+    own = [finding for finding in findings if finding.effect is None and _within(finding, data, acting)]
+    seen = dict.fromkeys(f"{finding.quantity} in {finding.record or finding.test or finding.rig}" for finding in own)
+    strongest = "; ".join([*seen][:PLACES_DESCRIBED])
     parts = [f"It looks like {form}: {size} {' to '.join(map(unit, amplitude))}, in {where}; {_COLOUR[coloured]}."]
     if lines:
-        parts.append(f"Beside the response stands a line: {line_words(lines[0], data)}.")
-    if not by_lines:
+        parts.append(f"Beside the response stands a line: {lines_words(lines, data)}.")
+    if not by_lines and strongest:
         parts.append(f"Strongest: {strongest}.")
     return {
-        "form": form, "amplitude": amplitude, "records": records, "largest": largest, "coloured": coloured,
+        "form": form, "amplitude": amplitude, "records": records, "largest": largest,
+        "unit": what or None, "coloured": coloured,
         "lines": [{"record": one.record, "frequency": one.frequency, "amplitude": one.amplitude} for one in lines],
         "text": " ".join(parts),
     }  # fmt: skip
+
+
+def _within(finding: Finding, data: GapData, acting: np.ndarray) -> bool:
+    """Whether all records that a place belongs to are among those that something acts in, (R,) of bool."""
+    layout, inside = data.layout, np.ones(len(data.layout.records), dtype=bool)
+    if finding.record is not None:
+        inside = np.array(layout.records) == finding.record
+    elif finding.test is not None:
+        inside = np.array([i >= 0 and data.tests[i] == finding.test for i in layout.test])
+    elif finding.rig is not None:
+        inside = np.array([data.rigs[i] == finding.rig for i in layout.rig])
+    return bool(np.all(acting[inside]))
 
 
 def _of_generic(diagnosis: Diagnosis) -> tuple[float, str, np.ndarray]:

@@ -55,7 +55,8 @@ SPEED_TOLERANCE = 0.03
 # of the probability that is dealt out evenly.
 _TUNED = json.loads(Path(__file__).with_name("temperatures.json").read_text(encoding="utf-8"))
 ANY_TEMPERATURE, TEMPERATURE, FLOOR = (float(_TUNED[name]) for name in ("against_none", "between", "floor"))
-TUNED_ON = ", ".join(f"{folder['name']} ({folder['cases']})" for folder in _TUNED["folders"]) or "none on record"
+LEAST = tuple(map(float, _TUNED["least"]))  # of the two temperatures, set by hand
+TUNED_ON = sum(int(folder["cases"]) for folder in _TUNED["folders"])  # simulated campaigns
 MOST_EFFECTS = 3  # at once
 
 # ---- which variants are fitted
@@ -99,6 +100,7 @@ MOST_RECORDS_OF_AN_EFFECT = 6  # that are listed one by one
 SETTLED = 0.8  # probability below which no name is given without the next
 COLOURED = 0.01  # p-value of the Ljung-Box test
 PLACES_DESCRIBED = 3
+SAME_LINE = 0.03  # of the frequency, between neighbours of one line beside the response in several records
 UNMOVED = 5e-4  # standard deviation of ln(amplitude), below which an unknown cause moves none
 
 # ---- what the data cannot tell, and advice

@@ -13,7 +13,7 @@ from scruton.griffin.compare import APART, MOVED, Difference, Side, differences
 from scruton.griffin.posterior import peak_names
 from scruton.infer.results import Fit
 from scruton.infer.store import load_fit
-from scruton.report.chapters.gap import gap_sentence
+from scruton.report.chapters.gap_words import gap_sentence
 from scruton.report.conventions import DAMPING, SCRUTON, by_conventions, damping_words, shown_in
 from scruton.report.document import Block, Chapter, Document, Listing, Table, numbered, paragraph
 from scruton.report.figures.compare import compare_plot

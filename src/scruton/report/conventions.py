@@ -13,6 +13,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Concatenate
 
 from scruton import said
+from scruton.dynamics.effects.effect import FACTOR, TENTHS
 from scruton.report.wording import PARAMETERS, number, stated, to_error, unit_text, with_error
 
 if TYPE_CHECKING:
@@ -63,6 +64,32 @@ def shown_in(unit: str) -> tuple[float, str]:
     if unit == SCRUTON:
         return float(_IN_FORCE.get().get("scruton_factor", 1.0)), ""
     return _FIXED.get(unit, (1.0, unit))
+
+
+def shown_excess(quantity: str, unit: str) -> tuple[float, str]:
+    """Factor and unit by which the excess of a place in gap.json is shown, `unit` being that of amplitudes.
+
+    Damping as it is, a line's amplitude as amplitudes are, shares in per cent; others are plain numbers.
+    """
+    if quantity in ("frequency", "signal"):
+        return 100.0, "%"
+    kinds = {"damping": DAMPING, "branch": DAMPING, "test": DAMPING, "spectrum": unit}
+    return shown_in(kinds[quantity]) if quantity in kinds else (1.0, "")
+
+
+def shown_size(size: Mapping[str, Any]) -> tuple[float, float | None, float | None, str]:
+    """Median, 5 and 95 % and unit of a parameter of an effect, from gap.json, as a person would write them.
+
+    A logarithm of a factor is shown as a change in per cent, as are tenths of a frequency.
+    """
+    ends = [size["median"], *(size["interval90"] or (None, None))]
+    factor, unit = shown_in(size["unit"])
+    if size["unit"] == FACTOR:
+        ends, factor, unit = [None if end is None else math.expm1(end) for end in ends], 100.0, "%"
+    elif size["unit"] == TENTHS:
+        factor, unit = 10.0, "% of the frequency"
+    median, low, high = (None if end is None else factor * end for end in ends)
+    return median or 0.0, low, high, unit
 
 
 def decrements() -> bool:

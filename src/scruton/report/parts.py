@@ -15,7 +15,7 @@ from scruton.griffin.posterior import chosen_rig, motion_of, rig_mass_damping_dr
 from scruton.griffin.validate import Whole, predict_left_out
 from scruton.infer.cards import load_card
 from scruton.infer.store import read_tree
-from scruton.report.chapters.gap import gap_sentence
+from scruton.report.chapters.gap_words import gap_sentence
 from scruton.report.charts import damper_chart, risk_chart
 from scruton.report.conventions import conventions
 from scruton.report.document import Picture

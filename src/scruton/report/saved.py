@@ -9,7 +9,7 @@ from scruton.documents import read_document, read_json
 from scruton.errors import InputError
 from scruton.gap.results import RESULT as GAP
 from scruton.infer.store import provenance_of
-from scruton.report.chapters.gap import gap_sentence
+from scruton.report.chapters.gap_words import gap_sentence
 from scruton.report.document import Picture
 from scruton.report.figures.gap import CAPTION
 from scruton.report.kept import Beside, drawn_from, kept

@@ -33,7 +33,7 @@ SPEEDS_APART = 1.005  # ratio of wind speeds of one rig from which they are seve
 SCRUTON_NUMBERS_APART = 2.0  # ratio of tested Scruton numbers between which one is worth predicting
 
 # The figure of the gap.
-GAP_ROWS = 6  # tests or rigs that are drawn; of more, those farthest from nothing
+GAP_ROWS = 8  # tests or rigs that are drawn: as many as are legible on a page; of more, those farthest from nothing
 GAP_BARS = (4, 7)  # probabilities shown: at least and at most
 SMALL_EXCESS = 0.03  # of the reference relaxation rate: excess damping below it does not fill a panel
 

@@ -8,6 +8,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import (
     DAMPING_RATIO,
+    FACTOR,
     REFERENCE,
     Apply,
     Effect,
@@ -104,7 +105,7 @@ def _scaled(form: str, scope: Scope, weight: float, *, place: Place | None = Non
             for term in terms:
                 table[:, :, int(term)] *= factor
 
-    priors = tuple(size_prior(name, scope.members, scale=scales[name], unit="ln of a factor") for name in parts)
+    priors = tuple(size_prior(name, scope.members, scale=scales[name], unit=FACTOR) for name in parts)
     return Variant(form, priors, apply, scope, weight)
 
 
@@ -239,7 +240,7 @@ def _forced(layout: Layout) -> list[Variant]:
     return variants
 
 
-_TEST = Size("test", "damping ratio at amplitude {at:.3g}", added_damping)
+_TEST = Size("test", "damping ratio at amplitude {at}", added_damping)
 
 EFFECTS = (
     Effect(

@@ -269,7 +269,7 @@ def added_damping(rows: FloatArray, without: FloatArray, station: Station) -> Fl
     return (station.damping(rows) - station.damping(without)) / station.omega
 
 
-DAMPING_RATIO = Size("damping", "damping ratio at amplitude {at:.3g}", added_damping)
+DAMPING_RATIO = Size("damping", "damping ratio at amplitude {at}", added_damping)
 
 
 @dataclass(frozen=True, eq=False)
@@ -306,6 +306,8 @@ class Effect:
 
 DAMPING = "of the relaxation damping"
 REFERENCE = "of the reference amplitude"
+FACTOR = "ln of a factor"
+TENTHS = "tenths of the frequency"
 
 
 def size_prior(

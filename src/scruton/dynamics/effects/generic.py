@@ -8,6 +8,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import (
     DAMPING_RATIO,
+    TENTHS,
     Effect,
     Extent,
     Parameter,
@@ -97,9 +98,7 @@ def _forms(layout: Layout) -> list[Variant]:
         adding(linear=Term.STIFFNESS_LINEAR, square=Term.STIFFNESS),
         "frequency against amplitude, in wind alone",
     )
-    variants.append(
-        sized(form, bend, wind, "linear", "square", scale=0.2, weight=0.003, unit="tenths of the frequency")
-    )
+    variants.append(sized(form, bend, wind, "linear", "square", scale=0.2, weight=0.003, unit=TENTHS))
     # Of the drive, larger than any gusts of the null model.
     sizes = tuple(float(np.log(size)) for size in (0.1, 0.05, 0.2, 0.4))
     scatter = Parameter("scatter", sizes[0], 0.7, layout.by_test(), log=True, unit="of the drive", starts=sizes)

@@ -4,6 +4,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import (
+    TENTHS,
     Apply,
     Effect,
     Extent,
@@ -122,7 +123,7 @@ def _stiffness(layout: Layout) -> list[Variant]:
     return [
         sized(
             f"frequency changes as {power}, {{scope}}", apply, scope, *names, weight=share * scope.weight,
-            unit="tenths of the frequency",
+            unit=TENTHS,
         )
         for power, apply, names, share in choices
         for scope in scopes(layout, shares)
@@ -226,7 +227,7 @@ EFFECTS = (
         "amplitude",
         Belongs.RUN,
         (Term.TREND, Term.TREND_SINE, Term.TREND_ARCH, Term.TREND_DRIVE, Term.AERO, Term.DRIVE),
-        Size("damping", "damping ratio at amplitude {at:.3g}, end of the record, or its middle, over its start", _rise),
+        Size("damping", "damping ratio at amplitude {at}, end of the record, or its middle, over its start", _rise),
         _drifting,
     ),
     Effect(

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from scruton.report.chapters.gap import contained_sentence, gap_sentence
+from scruton.report.chapters.gap_words import contained_sentence, gap_sentence
 from scruton.report.chapters.material import Material
 from scruton.report.conventions import (
     DAMPING,

@@ -11,7 +11,8 @@ from scruton.report.wording import law_text
 
 # Names and addresses, which files and links are called by; and what is no text.
 _KEPT = {"key", "name", "data", "svg", "png", "chart", "role", "number", "numeric", "generator", "colour", "logo"}
-_WORDS = {name: _title[0].lower() + _title[1:] for name, effect in CATALOGUE.items() for _title in [effect.title]}
+# Titles are clauses as often as nouns: in a sentence that goes on they stand in quotes.
+_WORDS = {name: f"“{_title[0].lower()}{_title[1:]}”" for name, effect in CATALOGUE.items() for _title in [effect.title]}
 _WORDS |= {
     "gamma_v": "γᵥ", "beta_t": "βₜ", "alpha": "α", "I_u": "Iᵤ", "K_D": "dynamic sensitivity parameter",
     "K_w": "correlation length factor", "V_cr": "critical wind speed", "xi_s": "ξₛ",
@@ -25,7 +26,7 @@ def in_words(text: str) -> str:
     """A text with every effect of the catalogue by its title, and signs and per cent as a page has them.
 
     >>> in_words("it would tell setting_dependence from the rest")
-    'it would tell tests that differ among themselves from the rest'
+    'it would tell “aerodynamic parameters differ from test to test, not by the reduced velocity” from the rest'
     """
     text = _PERCENT.sub(" %", text)
     return _LAW.sub(lambda found: law_text(found[0]), _IDENTIFIER.sub(lambda found: _WORDS[found[1]], text))

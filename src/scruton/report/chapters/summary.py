@@ -6,7 +6,7 @@ from scruton.griffin.thresholds import X_TRUSTED
 from scruton.infer.thresholds import SENSITIVE
 from scruton.report.chapters.campaign import damping_table
 from scruton.report.chapters.decision import OVERTURNS, RESTS_ON, decision_page
-from scruton.report.chapters.gap import contained_sentence, gap_sentence
+from scruton.report.chapters.gap_words import contained_sentence, gap_sentence
 from scruton.report.chapters.material import Material
 from scruton.report.chapters.results import SOURCES, within
 from scruton.report.chapters.sizing import sizing_assumptions

@@ -1,0 +1,177 @@
+"""What a diagnosis says, in sentences: the verdict, what it means for the numbers, how far the gap shrinks."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from scruton.dynamics.effects import CATALOGUE, UNKNOWN
+from scruton.report.verdict import conclusion, condition, likeliest, odds, perhaps, settled
+from scruton.report.wording import percent, share
+
+FIRST = "the first of these"  # what an unsettled verdict goes by, after a sentence that names what it may be
+
+
+def effect_title(name: str) -> str:
+    """An effect of the catalogue in words."""
+    if name == "none":
+        return "no gap"
+    return {**CATALOGUE, UNKNOWN.name: UNKNOWN}[name].title
+
+
+def in_words(name: str) -> str:
+    """The same inside a sentence."""
+    title = effect_title(name)
+    return title if title[1:2].isupper() else title[0].lower() + title[1:]
+
+
+def gap_sentence(gap: Mapping[str, Any]) -> str:
+    """The verdict in one sentence; what is below 0.8, with what else it may be."""
+    found = conclusion(gap, in_words, f"{{}} (probability {odds(gap['probability'][gap['verdict']])})")
+    if not settled(gap):
+        return f"{whether(gap)} {capital(found)}."
+    return whether(gap) if gap["verdict"] == "none" else f"{whether(gap)} What explains it: {found}."
+
+
+def capital(words: str) -> str:
+    """The same at the beginning of a sentence."""
+    return words[0].upper() + words[1:]
+
+
+def whether(gap: Mapping[str, Any]) -> str:
+    """Whether the null model and the records part, in a sentence."""
+    if gap["verdict"] != "none":
+        return "The null model and the records part."
+    if not settled(gap):
+        return "Nothing is found that must be there."
+    return "The null model and the records agree within their noise."
+
+
+def in_titles(gap: Mapping[str, Any]) -> str:
+    """What the names of a verdict stand for: of one that is not settled, of all that it may be."""
+    beside = [capital(perhaps(gap, name, in_words)) for name in gap["also"]]
+    if not settled(gap):
+        titles = [*(f"If it is {name}: {in_words(name)}" for name, _ in likeliest(gap)), *beside]
+    elif gap["verdict"] == "none":
+        return whether(gap)
+    else:
+        titles = [effect_title(gap["verdict"]), *beside]
+    return " ".join(f"{title}." for title in titles)
+
+
+def explained(gap: Mapping[str, Any], name: str, contained: str = "") -> list[str]:
+    """What an unknown looks like, and what the verdict means for the predictions: if it is true.
+
+    `contained` is whether a fit's numbers contain it, where there is a fit.
+    """
+    said = [conditional(gap, name, words) for words in (gap.get("unknown", {}).get("text"),) if words]
+    meaning = gap.get("meaning", {})
+    if contained:
+        return [*said, " ".join([contained, *meaning.get("remarks", ())])]
+    if text := meaning.get("text"):  # that there is nothing to be done is true in any case
+        said.append(text if meaning.get("command", "") is None else conditional(gap, name, text))
+    return said
+
+
+def conditional(gap: Mapping[str, Any], name: str, words: str) -> str:
+    """A sentence that is true if the verdict is, which goes by this name."""
+    asked = condition(gap, name)
+    return f"{capital(asked)}: {words[0].lower()}{words[1:]}" if asked else words
+
+
+def contained_sentence(gap: Mapping[str, Any], fit: Mapping[str, Any]) -> str:
+    """Whether the numbers of a fit, by its fit.json, contain what was found, and what that moves."""
+    meaning = gap.get("meaning")
+    if not meaning:
+        return ""
+    found = [] if gap["verdict"] == "none" else [gap["verdict"], *gap["also"]]
+    entry = fit.get("effect", {})
+    put_in = [name for name in (entry.get("used", "none"), *entry.get("also", ())) if name != "none"]
+    # what stands beside an unknown cause by its own name is no unknown cause
+    missing, foreign = ([one for one in of if one not in other] for of, other in ((found, put_in), (put_in, found)))
+    command, moves = meaning.get("command"), meaning.get("moves") or ""
+    out = " The same command without `--effect` takes it out."
+    if foreign:
+        also = f", and not {_names(found)}, which was found" if found else ", which was not found"
+        return f"The numbers here contain {_names(put_in)}, as was asked{also}.{out}"
+    if not missing and found:
+        what = "it" if settled(gap) else FIRST
+        return f"The numbers here contain {what}.{f' {moves}' if moves else ''}{out}"
+    if not found or command is None:
+        return str(meaning["text"]).removesuffix(" ".join(["", *meaning.get("remarks", ())]))
+    how = f"`{command}` puts {'all of it' if len(found) > 1 else 'it'} in."
+    moved = f" {conditional(gap, FIRST, moves)}" if moves else ""
+    if put_in:
+        return f"The numbers here contain {_names(put_in)}, and not {_names(missing)}: {how}{moved}"
+    return f"The numbers here do not contain it: {how}{moved}"
+
+
+def _names(effects: Iterable[str]) -> str:
+    return " and ".join(map(in_words, effects))
+
+
+def shrink_sentence(entry: Mapping[str, Any]) -> str:
+    """How far the gap shrinks, from `shrink` of gap.json: what a user predicts first; empty where there is none."""
+    if not entry:
+        return ""
+    if not entry.get("measurable", True):
+        return "The gap in the amplitudes of the cycles is too small to measure how far it shrinks."
+    return " ".join(words for words in (_headline(entry.get("headline")), _density(entry)) if words)
+
+
+def _headline(head: Mapping[str, Any] | None) -> str:
+    """Errors of what is predicted of a test from the others, or of a record in still air."""
+    if not head:
+        return ""
+    if "records" in head:  # still air: nothing is stable
+        return (
+            f"Of records left out in turn, the damping curve is off by {_off(head['damping_before'])} before and "
+            f"{_off(head['damping_after'])} of the structural damping after"
+            f"{_worse(head['damping_worse'], head['records'])}."
+        )
+    tests = head["tests"]
+    words = (
+        "Of tests left out in turn, the stable amplitude is off by "
+        f"{_off(head['amplitude_before'])} (median) before and {_off(head['amplitude_after'])} after"
+        f"{_worse(head['amplitude_worse'], tests)}"
+    )
+    if "damping_before" in head:
+        words += (
+            f"; the damping curve by {_off(head['damping_before'])} and {_off(head['damping_after'])} "
+            f"of the relaxation damping{_worse(head['damping_worse'], tests)}"
+        )
+    return f"{words}."
+
+
+def _off(error: float | None) -> str:
+    """A relative error; none where what is predicted has no stable amplitude, or no end."""
+    return "more than any measure" if error is None else percent(error, 2)
+
+
+def _worse(count: int, of: int) -> str:
+    return f", made worse in {count} of {of}" if count else ""
+
+
+def _density(entry: Mapping[str, Any]) -> str:
+    """The part of the gap in the density of the records that closes."""
+    words = f"Put into the model, it closes {_share(entry)} of the gap on the records used"
+    if not entry.get("held_out"):
+        return f"{words}; no record can be left out to test that on what the model has not seen."
+    words += f", and {_share(entry['held_out'])} on records held out"
+    runner, closed = entry.get("runner_up"), entry["held_out"].get("fraction")
+    if not runner or runner["fraction"] is None:
+        return f"{words}."
+    leaves = ""
+    if runner.get("amplitude_error") is not None:
+        leaves = f", and leave the amplitude off by {percent(runner['amplitude_error'], 2)}"
+    rival = f"the runner-up ({in_words(runner['effect'])}) would close {share(runner['fraction'])}{leaves}"
+    if closed is not None and round(runner["fraction"], 2) > round(closed, 2):
+        return f"{words}. Of records held out the verdict is not the best account: {rival}."
+    return f"{words}; {rival}."
+
+
+def _share(entry: Mapping[str, Any]) -> str:
+    if entry.get("fraction") is None:
+        return "an unmeasurable part"
+    if entry.get("interval90") is None:
+        return f"{share(entry['fraction'])} (a single record: no interval)"
+    low, high = entry["interval90"]
+    return f"{share(entry['fraction'])} (90 % interval {share(low)} to {share(high)})"
