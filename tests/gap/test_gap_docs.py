@@ -15,7 +15,7 @@ BOUNDS = (
 SAID = {
     "diagnosis.md": (
         f"they have bounds, {BOUNDS}",
-        f"the generic term {thresholds.UNKNOWN_NATS:g} beside the bend (and {thresholds.SECOND_SHARE:.0%}".replace("%", " %"),
+        f"the generic term {thresholds.UNKNOWN_NATS:g} beside the bend (and {100.0 * thresholds.SECOND_SHARE:g} %",
         f"less {thresholds.ALLOWED_EXCESS:g} nats and {100.0 * thresholds.ALLOWED_SHARE:g} % of what it explained",
         f"beyond {thresholds.LINE_NATS:g} nats over chance",
         f"{thresholds.FIT_WITHIN:g} nats and two fifths",

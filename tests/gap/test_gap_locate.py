@@ -1,17 +1,20 @@
 """Where the gap lies: places are where the effect acts, and where none acts there are none."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from scruton.calibrate.challenge.case import simulate_case
+from scruton.dynamics.effects import CATALOGUE
 from scruton.dynamics.limit_cycle import amplitude_rates
 from scruton.gap.check import SecondLine
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import Diagnosis, _in_lines, diagnose, fit_null
-from scruton.gap.finding import Finding
-from scruton.gap.locate import locate, merged
+from scruton.gap.finding import Z90, Finding
+from scruton.gap.locate import locate, merged, scope_findings
 from scruton.gap.locate_curves import DECAY, GROWTH, STILL, Curve, curve_findings, excess_curves
 from scruton.gap.locate_records import CONTRASTS, _bursts, _colour, _tails, line_findings, wave_findings
 from scruton.gap.thresholds import LINE_NATS
@@ -183,3 +186,15 @@ def test_a_look_that_two_effects_ask_for_is_made_once(
     monkeypatch.setattr("scruton.gap.locate_records.CONTRASTS", {lambda _null: [one]: twins})
     found = locate(replace(friction[0], found=twins))
     assert found.count(one) == 1
+
+
+def test_how_surely_an_effect_of_several_sizes_acts_is_told_by_all_of_them() -> None:
+    name = "stiffness_nonlinearity"
+    data, null = fit_null(load_gap(simulate_case(5, 1, name, 0.3)[0]))
+    several = next(one for one in CATALOGUE[name].variants(data.layout) if len(one.parameters) > 1)
+    made_up: Any = SimpleNamespace(found=(name,), final=null.with_variants(several))
+    found = scope_findings(made_up)
+    assert found
+    for one in found:
+        low, high = one.interval90
+        assert one.significance >= 0.99 * abs(one.excess) / (0.5 * (high - low) / Z90)

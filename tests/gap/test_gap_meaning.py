@@ -260,6 +260,9 @@ def test_sizes_and_errors_name_rig_test_and_record(settings: dict[str, Any], jum
             assert size["of"] == f"test {key.partition('[')[2].rstrip(']')}"
     assert all(size["of"] for size in jumped["effects"]["unknown"]["parameters"].values())
     assert jumped["unknown"]["unit"] == "of the drive"
+    jumps = [one for key, one in jumped["effects"]["unknown"]["parameters"].items() if key.startswith("size")]
+    assert jumps
+    assert all(one["unit"] == "of the drive" for one in jumps)
 
 
 def test_the_line_that_stands_in_most_records_is_named() -> None:

@@ -32,28 +32,35 @@ def carried(*names: str) -> dict[str, Any]:
 
 def test_the_report_says_whether_its_numbers_contain_what_was_found() -> None:
     one = SURE | {"also": [], "meaning": PUT_IN}
-    assert contained_sentence(one, carried("coulomb_friction")) == f"The numbers here contain it. It moves by 5 %.{OUT}"
-    missing = "The numbers here do not contain it: `--effect auto` puts it in."
+    assert (
+        contained_sentence(one, carried("coulomb_friction"))
+        == f"The numbers of this report contain it. It moves by 5 %.{OUT}"
+    )
+    missing = "The numbers of this report do not contain it: `--effect auto` puts it in."
     assert contained_sentence(one, {}) == f"{missing} It moves by 5 %."
     assert contained_sentence(one | {"meaning": PUT_IN | {"moves": ""}}, {}) == missing
     unsure = one | {"probability": {"none": 0.1, "coulomb_friction": 0.5, "fluid_memory": 0.4}}
     assert contained_sentence(unsure, {}) == f"{missing} If it is the first of these: it moves by 5 %."
     said = contained_sentence(unsure, carried("coulomb_friction"))
-    assert said.startswith("The numbers here contain the first of these. ")
+    assert said.startswith("The numbers of this report contain the first of these. ")
     assert contained_sentence(one, carried("fluid_memory")) == (
-        f"The numbers here contain the wake lags, as was asked, and not dry friction, which was found.{OUT}"
+        "The numbers of this report contain “the wake lags”, as was asked, and not “dry friction”, which was found."
+        + OUT
     )
 
 
 def test_of_a_pair_the_report_says_which_of_both_its_numbers_contain() -> None:
     pair = SURE | {"meaning": PUT_IN}
     both = contained_sentence(pair, carried("coulomb_friction", "stiffness_nonlinearity"))
-    assert both == f"The numbers here contain it. It moves by 5 %.{OUT}"
+    assert both == f"The numbers of this report contain it. It moves by 5 %.{OUT}"
     assert contained_sentence(pair, carried("stiffness_nonlinearity")) == (
-        "The numbers here contain frequency varies with amplitude, and not dry friction: `--effect auto` puts all of "
-        "it in. It moves by 5 %."
+        "The numbers of this report contain “frequency varies with amplitude”, and not “dry friction”: `--effect auto` "
+        "puts all of it in. It moves by 5 %."
     )
-    assert "and not frequency varies" in contained_sentence(pair, carried("coulomb_friction"))
+    unsure = pair | {"probability": {"none": 0.1, "coulomb_friction": 0.5, "fluid_memory": 0.4}}
+    said = contained_sentence(unsure, carried("coulomb_friction", "stiffness_nonlinearity"))
+    assert said.startswith("The numbers of this report contain the first of these and what stands beside it. ")
+    assert "and not “frequency varies" in contained_sentence(pair, carried("coulomb_friction"))
 
 
 def test_where_there_is_no_gap_nothing_is_to_be_put_in() -> None:
@@ -65,7 +72,7 @@ def test_where_there_is_no_gap_nothing_is_to_be_put_in() -> None:
     gap = {"verdict": "none", "also": [], "probability": {"none": 0.98, "fluid_memory": 0.02}, "meaning": empty}
     assert contained_sentence(gap, carried("none")) == contained_sentence(gap, {}) == empty["text"]
     assert contained_sentence(gap, carried("fluid_memory")) == (
-        f"The numbers here contain the wake lags, as was asked, which was not found.{OUT}"
+        f"The numbers of this report contain “the wake lags”, as was asked, which was not found.{OUT}"
     )
     assert empty["text"] in render_text(gap_summary(GAP | gap | {"effects": {}}, "rad"))
 
@@ -78,6 +85,6 @@ def test_the_chapter_says_what_the_reports_own_numbers_contain() -> None:
             campaign=SimpleNamespace(section=SimpleNamespace(amplitude_unit="A/D")),
         )
         text = render_text(list(gap_chapter(Material(fit, {}, gap=gap))))
-        assert f"The numbers here {said}" in text
+        assert f"The numbers of this report {said}" in text
         assert "Look at the log." in text
         assert "only where they are told to" not in text

@@ -12,7 +12,7 @@ from scipy.special import log_ndtr, logsumexp
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import Effect
-from scruton.dynamics.effects.effect import DAMPING, Extent, Variant
+from scruton.dynamics.effects.effect import DAMPING, DRIVE, Extent, Variant
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.screen import ScoreTest, Screen
 from scruton.gap.thresholds import FIT_SHARE, FIT_WITHIN, HOPELESS, MOST_FITS, NOTICED, QUICK_FITS
@@ -131,11 +131,11 @@ def log_noticeable(fit: FittedHypothesis) -> float:
 
     .. math:: \ln\frac{P(\max|s| > s_0 \mid y)}{P(\max|s| > s_0)}
 
-    for the sizes s, in units of the relaxation damping, of the variant that was added last, with the normal
-    approximation of their posterior. No gap and one of less than :math:`s_0` are the same thing.
+    for the sizes s, in units of the relaxation damping or of the drive, of the variant that was added last, with the
+    normal approximation of their posterior. No gap and one of less than :math:`s_0` are the same thing.
     """
     last = len(fit.hypothesis.variants) - 1
-    sized = [p for p in fit.hypothesis.variants[last].parameters if p.unit == DAMPING]
+    sized = [p for p in fit.hypothesis.variants[last].parameters if p.unit in (DAMPING, DRIVE) and not p.log]
     if not sized:
         return 0.0
     modes, sds = (np.concatenate(x) for x in zip(*(fit.value(p.name, last) for p in sized), strict=True))

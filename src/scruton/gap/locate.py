@@ -198,7 +198,10 @@ def _finding(placed: _Placed, records: np.ndarray) -> Finding | None:
     member = int(placed.size.members[record])
     fields: dict[str, Any] = {"effect": effect.name, "amplitude": span}
     if not placed.size.log:
-        fields["significance"] = float(abs(raw[member]) / raw_sd[member])
+        alone = float(abs(raw[member]) / raw_sd[member])
+        # of several sizes one may be nothing where all together are not
+        together = sum(p.unit == placed.size.unit for p in placed.variant.parameters) > 1
+        fields["significance"] = max(alone, abs(value) / sd) if together else alone
     if effect.size.span is not None:
         fields["amplitude"] = effect.size.span(placed.fit.table[record], span)
     if np.any(records & ~layout.wind):

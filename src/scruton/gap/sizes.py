@@ -7,6 +7,7 @@ import numpy as np
 from scipy.special import log_ndtr, ndtri, ndtri_exp
 
 from scruton.dynamics.effects import Parameter
+from scruton.dynamics.effects.effect import AMPLITUDE
 from scruton.gap.data import GapData
 from scruton.gap.diagnosis import Diagnosis
 
@@ -19,12 +20,13 @@ def found_parameters(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
     table: dict[str, Any] = {}
     for i, variant in enumerate(fit.hypothesis.variants):
         for p in variant.parameters if variant.effect == name else ():
+            unit = data.campaign.section.amplitude_unit if p.unit == AMPLITUDE else p.unit
             for j, (centre, sd) in enumerate(zip(*fit.value(p.name, i), strict=True)):
                 low, middle, high = _quantiles(p, float(centre), float(sd))
                 inside = p.members == j
                 members = [record for record, member in zip(data.layout.records, inside, strict=True) if member]
                 table[p.name if p.size == 1 else f"{p.name}[{_whose(data, inside)}]"] = {
-                    "median": middle, "interval90": [low, high], "unit": p.unit, "form": variant.label,
+                    "median": middle, "interval90": [low, high], "unit": unit, "form": variant.label,
                     "of": whose(data, inside), "records": members if len(members) < inside.size else "all",
                 }  # fmt: skip
     return table

@@ -306,6 +306,8 @@ class Effect:
 
 DAMPING = "of the relaxation damping"
 REFERENCE = "of the reference amplitude"
+DRIVE = "of the drive"
+AMPLITUDE = "A/D or rad"
 FACTOR = "ln of a factor"
 TENTHS = "tenths of the frequency"
 

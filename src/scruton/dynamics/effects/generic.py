@@ -7,7 +7,9 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import (
+    AMPLITUDE,
     DAMPING_RATIO,
+    DRIVE,
     TENTHS,
     Effect,
     Extent,
@@ -51,8 +53,8 @@ def _jumps(layout: Layout) -> list[Variant]:
     several = np.count_nonzero(layout.wind) > 1
     found = []
     for scope in scopes(layout, _JUMPS if several else {Extent.IN_WIND: (1.0, "in the record")}, wind=True):
-        moment = Parameter("moment", 0.5, 0.3, scope.members, unit="record", starts=(0.5,))
-        jump = sized("a jump {scope}", _jump, scope)
+        moment = Parameter("moment", 0.5, 0.3, scope.members, unit="of the record", starts=(0.5,))
+        jump = sized("a jump {scope}", _jump, scope, unit=DRIVE)
         found.append(replace(jump, parameters=(*jump.parameters, moment), scan="moment"))
     return found
 
@@ -71,7 +73,7 @@ def _bumps(layout: Layout, among: Sequence[Scope]) -> list[Variant]:
     found = []
     for scope in among:
         centre = Parameter(
-            "centre", 0.5 * (low + high), (high - low) / np.sqrt(12.0), scope.members, log=True, unit="A/D or rad",
+            "centre", 0.5 * (low + high), (high - low) / np.sqrt(12.0), scope.members, log=True, unit=AMPLITUDE,
             starts=places,
         )  # fmt: skip
         width = Parameter(
@@ -101,7 +103,7 @@ def _forms(layout: Layout) -> list[Variant]:
     variants.append(sized(form, bend, wind, "linear", "square", scale=0.2, weight=0.003, unit=TENTHS))
     # Of the drive, larger than any gusts of the null model.
     sizes = tuple(float(np.log(size)) for size in (0.1, 0.05, 0.2, 0.4))
-    scatter = Parameter("scatter", sizes[0], 0.7, layout.by_test(), log=True, unit="of the drive", starts=sizes)
+    scatter = Parameter("scatter", sizes[0], 0.7, layout.by_test(), log=True, unit=DRIVE, starts=sizes)
     slow = Variant("what comes and goes", (scatter,), _coming_and_going, wind)
     return [*variants, *bumps, *_jumps(layout), slow]
 

@@ -92,21 +92,21 @@ def contained_sentence(gap: Mapping[str, Any], fit: Mapping[str, Any]) -> str:
     out = " The same command without `--effect` takes it out."
     if foreign:
         also = f", and not {_names(found)}, which was found" if found else ", which was not found"
-        return f"The numbers here contain {_names(put_in)}, as was asked{also}.{out}"
+        return f"The numbers of this report contain {_names(put_in)}, as was asked{also}.{out}"
     if not missing and found:
-        what = "it" if settled(gap) else FIRST
-        return f"The numbers here contain {what}.{f' {moves}' if moves else ''}{out}"
+        what = "it" if settled(gap) else f"{FIRST}{' and what stands beside it' if gap['also'] else ''}"
+        return f"The numbers of this report contain {what}.{f' {moves}' if moves else ''}{out}"
     if not found or command is None:
         return str(meaning["text"]).removesuffix(" ".join(["", *meaning.get("remarks", ())]))
     how = f"`{command}` puts {'all of it' if len(found) > 1 else 'it'} in."
     moved = f" {conditional(gap, FIRST, moves)}" if moves else ""
     if put_in:
-        return f"The numbers here contain {_names(put_in)}, and not {_names(missing)}: {how}{moved}"
-    return f"The numbers here do not contain it: {how}{moved}"
+        return f"The numbers of this report contain {_names(put_in)}, and not {_names(missing)}: {how}{moved}"
+    return f"The numbers of this report do not contain it: {how}{moved}"
 
 
 def _names(effects: Iterable[str]) -> str:
-    return " and ".join(map(in_words, effects))
+    return " and ".join(f"“{in_words(name)}”" for name in effects)  # titles are clauses as often as nouns
 
 
 def shrink_sentence(entry: Mapping[str, Any]) -> str:

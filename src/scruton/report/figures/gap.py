@@ -291,9 +291,11 @@ def _frequency(axes: "Axes", curves: Sequence[Curve], data: "GapData") -> None:
     style.plain_log(axes.xaxis)
     axes.set(xlabel=_amplitude(data), ylabel="Change of frequency [%]", title="Frequency against amplitude")
     if rigs:
-        handles = [axes.plot([], [], lw=1.4, **look)[0] for look in looks.values()]
+        # filled column by column, read line by line
+        inline = [rig for k in range(columns) for rig in rigs[k::columns]]
+        handles = [axes.plot([], [], lw=1.4, **looks[rig])[0] for rig in inline]
         axes.legend(
-            handles, [style.shorten(str(data.rigs[rig]), 16) for rig in rigs], fontsize=7.0, loc="upper left",
+            handles, [style.shorten(str(data.rigs[rig]), 16) for rig in inline], fontsize=7.0, loc="upper left",
             ncols=columns, handlelength=1.4, columnspacing=0.8, labelspacing=0.25, handletextpad=0.4,
         )  # fmt: skip
 
