@@ -13,6 +13,7 @@ from scruton.campaign.schema import Campaign, Kind, Motion, Record, Rig, Section
 from scruton.dynamics.effects import CATALOGUE
 from scruton.gap import diagnosis
 from scruton.gap.attribute import Candidate
+from scruton.gap.bands import discrepancy_of_the_unknown
 from scruton.gap.check import check, second_lines
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import diagnose, fit_null
@@ -227,6 +228,30 @@ def test_the_unknown_does_not_lead_what_closes_more_on_records_held_out(monkeypa
     best, generic = Candidate("structural_damping_error", 100.0, null), Candidate("unknown", 500.0, null)
     for better in (True, False):
         monkeypatch.setattr(diagnosis, "predicts_better", lambda *_, better=better, **__: better)
-        assert diagnosis._earned(null, best, generic, generic, 1) is not better
+        assert diagnosis._earned(null, best, generic, 1) is not better
     stronger = replace(best, log_evidence=600.0)
-    assert not diagnosis._earned(null, stronger, generic, generic, 1)
+    assert not diagnosis._earned(null, stronger, generic, 1)
+
+
+def test_what_stands_beside_the_unknown_is_judged_beside_it_and_reported():
+    """A jump, and a spring: the first place goes to the unknown, the spring stays with it."""
+    campaign, _ = simulate_case(SEED, 2, ("time_jump", "stiffness_nonlinearity"), 0.3)
+    found = diagnose(campaign, workers=1)
+    assert found.found == ("unknown", "stiffness_nonlinearity")
+    assert {variant.effect for variant in found.final.hypothesis.variants} == set(found.found)
+    place = found.places["stiffness_nonlinearity"]
+    assert [variant.effect for variant in place.base.hypothesis.variants] == ["unknown"]
+    assert 0.5 <= found.also["stiffness_nonlinearity"] < 1.0
+    assert found.base is not None
+    assert [variant.effect for variant in found.base.hypothesis.variants] == ["stiffness_nonlinearity"]
+    rivals = [rival for name, rival in found.rivals.items() if name in CATALOGUE and rival.best is not None]
+    assert found.final.log_evidence > max(rival.log_evidence for rival in rivals)
+    # of the amplitude the bands widen by what the unknown moves, not by what stands beside it
+    apart = [
+        np.log(after / before)
+        for r in found.data.first_in_wind.values()
+        for before, after in [
+            [fit.hypothesis.stable_amplitude(fit.mode[None], r)[0] for fit in (found.base, found.final)]
+        ]
+    ]
+    assert discrepancy_of_the_unknown(found) == pytest.approx(np.sqrt(np.mean(np.square(apart))))

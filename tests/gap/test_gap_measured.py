@@ -84,6 +84,15 @@ def test_no_wrong_name_is_sure(name: str, measured: Callable[[str], Examined]) -
 
 
 @pytest.mark.real
+def test_an_unknown_leads_by_what_is_reported(measured: Callable[[str], Examined]) -> None:
+    """Of the cylinder the model reported was weaker, also on records held out, than a pair of the catalogue."""
+    content = measured("cylinder-in-wind").content
+    assert (content["verdict"], content["also"]) == ("unknown", ["vortex_shedding_forcing"])
+    shrink = content["shrink"]
+    assert shrink["held_out"]["fraction"] > shrink["runner_up"]["fraction"]
+
+
+@pytest.mark.real
 @pytest.mark.parametrize(
     "name",
     [pytest.param(one, marks=[pytest.mark.xfail(strict=True, reason=NOT_YET[one])] if one in NOT_YET else [])

@@ -12,7 +12,7 @@ from scruton.dynamics.effects.effect import Extent
 from scruton.dynamics.effects.terms import Term
 from scruton.gap import search as module
 from scruton.gap.attribute import Candidate
-from scruton.gap.search import Place
+from scruton.gap.search import Place, beside_unknown
 
 A, B, C, BEND = "coulomb_friction", "structural_damping_nonlinearity", "fluid_memory", "stiffness_nonlinearity"
 EFFECTS = (*(CATALOGUE[name] for name in (A, B, C, BEND)), UNKNOWN)
@@ -173,3 +173,37 @@ def test_one_bend_read_with_a_wrong_gain_is_not_a_bend_of_every_rig(found: Searc
     assert names(found(world)) == [B, BEND], "alike in all of itself"
     assert names(found(world, own=(BEND,))) == [A, BEND]
     assert names(found(world | {(alike, A): 2500.0}, own=(BEND,))) == [B, BEND], "a form is off by no more than 4 %"
+
+
+# The unknown leads in the place of A, C in the model.
+LED: World = {(A,): 60.0, (C,): 50.0, ("unknown",): 55.0, (A, C): 100.0, (C, "unknown"): 130.0}
+
+
+@pytest.mark.parametrize(
+    ("more", "doubted", "held"),
+    [
+        ({}, (), [("unknown", C)]),
+        ({("unknown",): 59.0}, (), [("unknown", C)]),
+        ({("unknown",): 125.0, (A,): 126.0, (A, C): 200.0}, (), [("unknown",)]),
+        ({}, (C,), [("unknown",)]),
+        ({(B, "unknown"): 140.0}, (), [("unknown",)]),
+        ({(B,): 20.0, (A, B): 110.0, (A, B, C): 140.0, (B, C): 90.0, (B, C, "unknown"): 170.0,
+          (B, "unknown"): 165.0}, (), [("unknown", B)]),
+    ],
+    ids=["stays", "whatever else", "gains too little", "less probable than not", "another does better", "one of two"],
+)  # fmt: skip
+def test_what_was_found_stays_beside_the_unknown_if_it_holds_there(
+    found: Search, more: World, doubted: Sequence[str], held: list[tuple[str, ...]]
+) -> None:
+    places = found(LED | more)
+    assert names(places)[0] == A
+    null = module.Hypothesis(None, ()).fit(None)  # type: ignore[arg-type]
+    first, *others = beside_unknown(
+        null, places, module.weigh(null, EFFECTS), EFFECTS, workers=1, progress=lambda _what, _done: None,
+        probable=lambda place: 0.4 if place.best.name in doubted else 0.9,
+    )  # fmt: skip
+    assert [("unknown", *(place.best.name for place in others))] == held
+    unknown = first.candidates["unknown"].best
+    assert set(unknown.names) == set(held[0]), "what is weighed is what is reported"  # type: ignore[union-attr]
+    for place in others:
+        assert "unknown" in place.base.names, "judged beside it"  # type: ignore[attr-defined]

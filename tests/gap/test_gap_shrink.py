@@ -18,7 +18,9 @@ from scruton.gap.density import density, posterior_at_mode, posterior_without, r
 from scruton.gap.diagnosis import NONE, Diagnosis, fit_null
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.shrink import shrink
+from scruton.report.chapters.gap_tables import held_out_table
 from scruton.report.chapters.gap_words import shrink_sentence
+from scruton.report.wording import TERMINAL
 
 
 def diagnosed(campaign: Campaign, effect: str | None, label: str = "", rival: str = "") -> Diagnosis:
@@ -219,9 +221,55 @@ def test_one_rig_leaves_single_records_out() -> None:
     campaign, _ = simulate_case(900, 3, "aerodynamic_damping_nonlinearity", 0.4, "one-rig")
     found = shrink(diagnosed(campaign, "aerodynamic_damping_nonlinearity", "a part in A^2"))
     assert len(found["held_out"]["records"]) == 4
-    assert found["stable_amplitude"] == []
+    assert found["stable_amplitude"] == found["not_foretold"] == []
     assert found["held_out"]["fraction"] is not None
     assert found["held_out"]["fraction"] > 0.5
+    curves, head, levels = found["damping_discrepancy"], found["headline"], found["stable_amplitude_of_records"]
+    assert curves["tests"] == []
+    assert [one["record"] for one in curves["records"]] == found["held_out"]["records"]
+    assert [one["record"] for one in levels] == found["held_out"]["records"], "all four settle"
+    assert head == {
+        "test": "test 1", "records": 4, "amplitudes": 4,
+        "amplitude_before": np.median([one["error_before"] for one in levels]),
+        "amplitude_after": np.median([one["error_after"] for one in levels]),
+        "amplitude_worse": sum(one["error_after"] > one["error_before"] for one in levels),
+        "damping_before": curves["held_out_before"], "damping_after": curves["held_out_after"],
+        "damping_worse": sum(one["after"] > one["before"] for one in curves["records"]),
+    }  # fmt: skip
+    assert head["damping_after"] < 0.7 * head["damping_before"]
+    assert curves["held_out_before"] != curves["before"], "held out is not in sample"
+    said = shrink_sentence(found)
+    assert said.startswith("Of the records of test 1 left out in turn, the damping curve is off by ")
+    assert "the stable amplitude, which 4 of 4 show, by " in said
+    assert "There is no other test to leave out: how it is at another Scruton number is not tested." in said
+    table = held_out_table({"shrink": found}, TERMINAL, "A/D")
+    assert [row[0] for row in table.rows] == found["held_out"]["records"]
+    assert [row[3] for row in table.rows] == [f"{100.0 * one['error_before']:.1f} %" for one in levels]
+    unsettled = found | {"stable_amplitude_of_records": levels[1:]}
+    assert held_out_table({"shrink": unsettled}, TERMINAL, "A/D").rows[0][2:5] == (TERMINAL.missing,) * 3
+
+
+def test_a_record_that_has_not_settled_shows_no_stable_amplitude() -> None:
+    campaign, _ = simulate_case(900, 3, "aerodynamic_damping_nonlinearity", 0.4, "one-rig")
+    (test,) = campaign.tests
+    short = []
+    for record in test.records[:3]:
+        keep = record.time - record.time[0] < 0.2 * np.ptp(record.time)
+        short.append(replace(record, time=record.time[keep], response=record.response[keep]))
+    cut = replace(campaign, tests=(replace(test, records=(*short, *test.records[3:])),))
+    found = shrink(diagnosed(cut, "aerodynamic_damping_nonlinearity", "a part in A^2"))
+    assert found["stable_amplitude_of_records"] == [], "one alone has no other to be foretold by"
+    assert set(found["headline"]) == {"test", "records", "damping_before", "damping_after", "damping_worse"}
+    assert "stable amplitude" not in shrink_sentence({"headline": found["headline"]} | found | {"runner_up": None})
+
+
+def test_what_every_test_has_by_its_own_is_foretold_of_none() -> None:
+    campaign, _ = simulate_case(900, 6, "setting_dependence", 0.3)
+    found = shrink(diagnosed(campaign, "setting_dependence", "Y1 of every test by its own"))
+    assert found["not_foretold"] == ["setting_dependence"]
+    said = shrink_sentence(found | {"measurable": True})
+    assert "has values of its own in every test: of a test that is not there it says nothing" in said
+    assert said.index("has values of its own") < said.index("Put into the model")
 
 
 def test_still_air_alone_has_no_stable_amplitude_but_a_damping_curve() -> None:
@@ -263,3 +311,27 @@ def test_one_record_in_still_air_leaves_none_to_foretell_it() -> None:
     assert found["headline"] is None
     assert (curves["records"], curves["held_out_before"]) == ([], None)
     assert curves["after"] < curves["before"]
+
+
+def test_one_record_in_wind_leaves_none_to_foretell_it() -> None:
+    """What was in sample stood here under the name of held out."""
+    campaign, _ = simulate_case(900, 3, "aerodynamic_damping_nonlinearity", 0.4, "one-rig")
+    (test,) = campaign.tests
+    alone = replace(campaign, tests=(replace(test, records=test.records[:1]),))
+    found = shrink(diagnosed(alone, "aerodynamic_damping_nonlinearity", "a part in A^2"))
+    curves = found["damping_discrepancy"]
+    assert (found["headline"], found["held_out"]) == (None, None)
+    assert (curves["tests"], curves["held_out_before"], curves["held_out_after"]) == ([], None, None)
+
+
+@pytest.mark.parametrize(
+    ("error", "said"), [(0.0071, True), (0.034, True), (0.036, False), (0.5, False), (None, False)]
+)
+def test_a_runner_up_that_foretells_the_amplitude_better_is_said(error: float | None, said: bool) -> None:
+    head = {"tests": 3, "amplitude_before": 0.086, "amplitude_after": 0.071, "amplitude_worse": 1}
+    runner = {"effect": "wind_speed_drift", "fraction": 0.51, "amplitude_error": error}
+    held = {"fraction": 0.87, "interval90": [0.7, 0.9]}
+    entry = {"fraction": 0.9, "interval90": [0.8, 0.95], "held_out": held, "headline": head, "runner_up": runner}
+    assert ("the verdict is not the best account" in shrink_sentence(entry)) == said
+    small = entry | {"headline": head | {"amplitude_after": 0.009}, "runner_up": runner | {"amplitude_error": 0.001}}
+    assert "not the best account" not in shrink_sentence(small), "less than one per cent apart"

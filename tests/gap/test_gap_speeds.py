@@ -56,6 +56,21 @@ def swept(effect: str | None, law: str) -> Campaign:
     return replace(campaign, tests=tuple(tests))
 
 
+def test_the_reduced_velocity_is_that_of_the_frequency_in_wind() -> None:
+    """The wind changes the frequency: U/(f D) goes by that of the records, not by that of the rig at rest."""
+    campaign, _ = simulate_case(SEED, 1, None, 0.0)
+    first = campaign.tests[0]
+    slower = tuple(replace(record, time=1.03 * record.time) for record in first.records)
+    stretched = replace(campaign, tests=(replace(first, records=slower), *campaign.tests[1:]))
+    before, after = (load_gap(one).layout for one in (campaign, stretched))
+    own = before.test == 0
+    assert after.reduced_velocity[own] == pytest.approx(1.03 * before.reduced_velocity[own], rel=1e-3)
+    at_rest = first.wind_speed.mean / (campaign.rig(first.rig).frequency.mean * campaign.section.depth)
+    assert before.reduced_velocity[own] == pytest.approx(at_rest, rel=0.01), "of the rig's own, as it was simulated"
+    others = before.wind & ~own
+    np.testing.assert_array_equal(after.reduced_velocity[others], before.reduced_velocity[others])
+
+
 def test_those_between_the_peaks_are_read_beside_the_diagnosis() -> None:
     campaign = swept(None, "rig")
     data = load_gap(campaign)

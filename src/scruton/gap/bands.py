@@ -72,15 +72,14 @@ def posterior_draws(fit: FittedHypothesis, rng: np.random.Generator, size: int) 
 def discrepancy_of_the_unknown(diagnosis: Diagnosis) -> float:
     """Standard deviation of ln(amplitude) that a gap of unknown cause adds.
 
-    The stable amplitudes with the generic term differ from those of the null model by as much; the root mean square
-    over the tests.
+    The stable amplitudes with the generic term differ by as much from those of what else was found, which has an
+    equation, or of the null model; the root mean square over the tests.
     """
-    best = diagnosis.singles[UNKNOWN].best
-    if best is None or best.log_evidence <= diagnosis.null.log_evidence:
+    if diagnosis.verdict != UNKNOWN:
         return 0.0
-    differences = []
+    fits, differences = (diagnosis.base or diagnosis.null, diagnosis.final), []
     for r in diagnosis.data.first_in_wind.values():
-        before, after = (fit.hypothesis.stable_amplitude(fit.mode[None], r)[0] for fit in (diagnosis.null, best))
+        before, after = (fit.hypothesis.stable_amplitude(fit.mode[None], r)[0] for fit in fits)
         if before > 0.0 and after > 0.0 and np.isfinite(before * after):
             differences.append(np.log(after / before))
     return float(np.sqrt(np.mean(np.square(differences)))) if differences else 0.0

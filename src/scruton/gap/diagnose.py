@@ -143,7 +143,7 @@ def _by_rig(shrunk: dict[str, Any], data: GapData) -> dict[str, Any]:
     for one in shrunk["stable_amplitude"]:
         one["rig"], one["scruton_number"] = of[one["test"]]
     curves = shrunk["damping_discrepancy"] or {}
-    for one in [*curves.get("tests", ()), *curves.get("records", ())]:
+    for one in [*shrunk["stable_amplitude_of_records"], *curves.get("tests", ()), *curves.get("records", ())]:
         one["rig"] = of[one["test"]][0] if "test" in one else rigs[one["record"]]
     return shrunk
 

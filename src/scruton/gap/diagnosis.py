@@ -16,7 +16,7 @@ from scruton.gap.held_out import predicts_better
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.null_model import null_model
 from scruton.gap.probability import probabilities
-from scruton.gap.search import Place, search, slack_of_further
+from scruton.gap.search import Place, beside_unknown, search, slack_of_further
 from scruton.gap.speeds import DRIFT, SETTING, weighed_at_other_speeds
 from scruton.progress import Progress
 
@@ -64,6 +64,8 @@ class Diagnosis:
     at_other_speeds : dict
         Log evidence over none of a drift with the reduced velocity and of settings that differ, in place of the first
         effect found, tests at other speeds of the rigs read, too; empty where there are none.
+    base : FittedHypothesis or None
+        With the further effects alone, which the first one stands beside; None is the null model.
     """
 
     data: GapData
@@ -80,6 +82,7 @@ class Diagnosis:
     also: Mapping[str, float] = field(default_factory=dict)
     places: Mapping[str, Place] = field(default_factory=dict)
     at_other_speeds: Mapping[str, float] = field(default_factory=dict)
+    base: FittedHypothesis | None = None
 
     @property
     def verdict(self) -> str:
@@ -149,25 +152,26 @@ def diagnose_data(
     # What stands beside an effect that is none after all is a verdict of its own.
     for places in (found, [Place(null, singles)]):
         places = [replace(one, told=weighed_at_other_speeds(one, effects, workers=workers)) for one in places]
-        gains, probability = _judged(null, places, singles, lines, checks, prior, prior_none, workers)
-        top = max(probability, key=lambda name: probability[name])
+        gains, probability, top = _judged(null, places, lines, checks, prior, prior_none, workers)
+        reported = places
+        if top == UNKNOWN and len(places) > 1:
+            reported = beside_unknown(
+                null, places, singles, effects, probable=probable, workers=workers, progress=tell
+            )  # fmt: skip
+            if len(reported) < len(places):  # what is weighed is what is reported
+                alone = {UNKNOWN: reported[0].candidates[UNKNOWN]}
+                places = [replace(places[0], candidates={**places[0].candidates, **alone}), *places[1:]]
+                gains, probability, top = _judged(null, places, lines, checks, prior, prior_none, workers)
         if top != NONE or len(places) == 1:
             break
-    rivals, others = places[0].candidates, tuple(place.best.name for place in places[1:])
-    generic = singles[UNKNOWN].best if UNKNOWN in singles else None
-    attributed: tuple[str, ...] = ()
-    final = null
-    also = {place.best.name: probable(place) for place in places[1:]}
-    if top == UNKNOWN:  # beside it stays what only the frequency shows
-        also = {name: p for name, p in also.items() if CATALOGUE[name].channel == "frequency"}
-        # a generic term that gains nothing says nothing of it
-        best, base = (rivals[top].best, places[0].base) if also else (generic, null)
-        final = best if best is not None and best.log_evidence > base.log_evidence else base
-        attributed = (top, *also)
-    elif top != NONE:
-        attributed, final = (top, *(name for name in others if name != top)), rivals[top].best or null
-    also = {name: also[name] for name in attributed[1:]}
-    beside = {place.best.name: place for place in places[1:] if place.best.name in also}
+    first, *beside = reported if top == UNKNOWN else places if top != NONE else [Place(null, singles)]
+    final = first.candidates[top].best if top != NONE else null
+    # a generic term that gains nothing says nothing of the unknown
+    if final is None or (top == UNKNOWN and final.log_evidence <= first.base.log_evidence):
+        final = first.base
+    further = {place.best.name: place for place in beside if place.best.name != top}
+    also = {name: probable(place) for name, place in further.items()}
+    attributed = () if top == NONE else (top, *also)
     checks.setdefault(top, check(final))
     tell("done", 1.0)
     groups = _groups(gains, top)
@@ -177,15 +181,16 @@ def diagnose_data(
         attributed,
         final,
         singles,
-        rivals,
+        places[0].candidates,
         gains,
         probability,
         groups,
         checks,
         lines,
         also,
-        beside,
+        further,
         places[0].told,
+        first.base,
     )
 
 
@@ -206,14 +211,13 @@ def _in_its_place(place: Place, prior: Mapping[str, float], prior_none: float) -
 def _judged(
     null: FittedHypothesis,
     places: Sequence[Place],
-    singles: Mapping[str, Candidate],
     lines: Sequence[SecondLine],
     checks: dict[str, Check],
     prior: Mapping[str, float],
     prior_none: float,
     workers: int,
-) -> tuple[dict[str, float], dict[str, float]]:
-    """Log weights and probabilities in the first place; the check of what leads there joins `checks`."""
+) -> tuple[dict[str, float], dict[str, float], str]:
+    """Log weights and probabilities in the first place, and what leads; the check of the best there joins `checks`."""
     base, rivals, gains = places[0].base, places[0].candidates, places[0].gains
     best = rivals[max((name for name in gains if name in CATALOGUE), key=lambda name: gains[name])]
     leader = best.best if best.best and gains[best.name] > 0.0 else base
@@ -234,10 +238,11 @@ def _judged(
         ahead = ahead and left <= max(gains[best.name], 0.0)
         # What gains so little that its lead over the unknown would be no preference holds nothing back.
         rival = leader is not base and gains[best.name] > thresholds.HOLDS_BACK_NATS
-        if ahead and rival and not _earned(leader, best, singles[UNKNOWN], rivals[UNKNOWN], workers):
+        if ahead and rival and not _earned(leader, best, rivals[UNKNOWN], workers):
             gains[UNKNOWN] = gains[best.name] - thresholds.UNEARNED_NATS
     gains[NONE] = 0.0
-    return gains, probabilities(gains, prior, prior_none)
+    probability = probabilities(gains, prior, prior_none)
+    return gains, probability, max(probability, key=lambda name: probability[name])
 
 
 def _preferred(gains: Mapping[str, float]) -> dict[str, float]:
@@ -250,12 +255,11 @@ def _preferred(gains: Mapping[str, float]) -> dict[str, float]:
     return found
 
 
-def _earned(leader: FittedHypothesis, best: Candidate, alone: Candidate, beside: Candidate, workers: int) -> bool:
+def _earned(leader: FittedHypothesis, best: Candidate, unknown: Candidate, workers: int) -> bool:
     """Whether the unknown may lead: with more evidence than the catalogue, and no worse on records held out."""
-    if best.log_evidence >= max(alone.log_evidence, beside.log_evidence):
+    if best.log_evidence >= unknown.log_evidence:
         return False
-    generic = max(alone, beside, key=lambda candidate: candidate.log_evidence).best
-    return generic is None or not predicts_better(leader, generic, workers=workers)
+    return unknown.best is None or not predicts_better(leader, unknown.best, workers=workers)
 
 
 def _explained(base: FittedHypothesis, leader: FittedHypothesis) -> float:

@@ -187,7 +187,7 @@ def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[
         acting = np.array([name in lined for name in layout.records])
         form, what = "a line beside the response", "of the response's amplitude"
         largest = max(line.amplitude / float(np.median(data.cycles[line.record].amplitude)) for line in lines)
-    elif diagnosis.final.hypothesis.variants:
+    elif any(one.effect == UNKNOWN for one in diagnosis.final.hypothesis.variants):
         form = diagnosis.final.hypothesis.variants[-1].label
         largest, what, acting = _of_generic(diagnosis)
     else:
@@ -232,7 +232,8 @@ def _within(finding: Finding, data: GapData, acting: np.ndarray) -> bool:
 
 def _of_generic(diagnosis: Diagnosis) -> tuple[float, str, np.ndarray]:
     """How large a generic term is, of what, and the records, (R,) of bool, in which it is more than half of that."""
-    layout, table, null = diagnosis.data.layout, diagnosis.final.table, diagnosis.null.table
+    layout, table = diagnosis.data.layout, diagnosis.final.table
+    null = (diagnosis.base or diagnosis.null).table  # what stands beside it is not its size
     if np.any(table[:, _EXCESS]):
         each, what = np.abs(table[:, _EXCESS] / layout.rate[:, None]).max(axis=1), "of the relaxation damping"
     elif diagnosis.final.hypothesis.variants[-1].scan == "moment":

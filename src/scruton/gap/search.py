@@ -69,13 +69,7 @@ def search(
     in its place takes it.  A further one stays that is `probable` there, by a half at least: what mends a form that is
     off a little foretells nothing.
     """
-
-    def beside(base: FittedHypothesis, taken: Collection[str], own: Candidate | None = None) -> dict[str, Candidate]:
-        progress(f"effects beside {' and '.join(sorted(taken))}", 0.4)
-        quick = set(CATALOGUE) - {own.name if own else ""}
-        others = [effect for effect in effects if effect.name not in taken]
-        return weigh(base, others, workers=workers, quick=quick, known=own)
-
+    beside = _beside(effects, workers, progress)
     # The generic term knows no frequency: what only the frequency shows joins first, and the rest competes beside it.
     bends = [single for single in singles.values() if _of_frequency(single.name) and single.best is not None]
     bend = max(bends, key=lambda single: single.log_evidence, default=None)
@@ -118,6 +112,58 @@ def search(
         weakest = min(doubted, key=lambda i: gains[i])
         chain = [place.best for i, place in enumerate(places) if i != weakest]
     return [Place(null, singles)]
+
+
+def beside_unknown(
+    null: FittedHypothesis,
+    places: Sequence[Place],
+    singles: Mapping[str, Candidate],
+    effects: Sequence[Effect],
+    *,
+    probable: Callable[[Place], float],
+    workers: int,
+    progress: Progress,
+) -> list[Place]:
+    """Places of the unknown, in that of the first effect found, and of those further effects that hold beside it.
+
+    Each is judged as further effects are, with the unknown and the others in the model, against one more generic term,
+    too.  What gains too little there, or is less probable than not, leaves: the unknown explains what it was found by.
+    """
+    beside, first = _beside(effects, workers, progress), places[0]
+    others = [place.best for place in places[1:]]
+    while others:
+        unknown = first.candidates[_UNKNOWN]
+        acting = [unknown] if unknown.log_evidence > first.base.log_evidence else []
+        judged, gains = [first], []
+        for own in others:
+            rest = [*acting, *(one for one in others if one is not own)]
+            base = _together(null, rest)
+            taken = {one.name for one in rest} - {_UNKNOWN}
+            judged.append(place := Place(base, beside(base, taken, own)))
+            gains.append(place.gains[own.name])
+        doubted = [
+            i for i, (own, place) in enumerate(zip(others, judged[1:], strict=True))
+            if gains[i] < thresholds.SECOND_NATS or place.best.name != own.name or probable(place) < 0.5
+        ]  # fmt: skip
+        if not doubted:
+            return judged
+        others.pop(min(doubted, key=lambda i: gains[i]))
+        if others:
+            base = _together(null, others)
+            first = Place(base, beside(base, {one.name for one in others}, unknown))
+    return [Place(null, singles)]
+
+
+def _beside(effects: Sequence[Effect], workers: int, progress: Progress) -> Weigh:
+    """Weighs what stands beside the effects in a base, all that are not among these."""
+
+    def beside(base: FittedHypothesis, taken: Collection[str], own: Candidate | None = None) -> dict[str, Candidate]:
+        progress(f"effects beside {' and '.join(sorted(taken)) or _UNKNOWN}", 0.4)
+        quick = set(CATALOGUE) - {own.name if own else ""}
+        others = [effect for effect in effects if effect.name not in taken]
+        return weigh(base, others, workers=workers, quick=quick, known=own)
+
+    return beside
 
 
 def _of_frequency(name: str) -> bool:

@@ -11,8 +11,10 @@ from scruton.documents import as_json
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Term
 from scruton.dynamics.effects.effect import Extent, Scope
 from scruton.dynamics.effects.generic import discrepancy
+from scruton.dynamics.effects.terms import Belongs
 from scruton.dynamics.limit_cycle import amplitude_rates
 from scruton.dynamics.reading import inverse_reading
+from scruton.envelope.thresholds import SETTLED
 from scruton.gap.data import GapData, settled_end
 from scruton.gap.density import NormalPosterior, density, parameters_spent, posterior_at_mode
 from scruton.gap.diagnosis import Diagnosis
@@ -59,14 +61,16 @@ def shrink(diagnosis: Diagnosis, *, alike: Collection[str] = (), workers: int = 
     dict
         `shrink` of gap.json: `headline`, median errors of the stable amplitude and mean ones of the damping curves of
         tests left out, before and after, and in how many tests they grew, without wind of the damping curves of
-        records; nats that the null model (`before`) and the
+        records, and of one `test` of those of its records; nats that the null model (`before`) and the
         verdict's (`after`) fall short of the ceiling on all records; `fraction`, (before - after)/before, cut off at
         -1 and 1, None where the gap is too small to measure, and its `interval90` by bootstrap over records, None for
         a single one, which says nothing of its like; the same of the records `held_out`, None where none can be;
         `measurable`, on those held out or, without any, on those used; `runner_up`, the best effect that is not
         `alike`, the part of the held-out gap that it closes, and its median error of the stable amplitude;
         `stable_amplitude` of every test left out in turn, as predicted by both, with relative errors;
-        `damping_discrepancy`, as of that function.
+        `stable_amplitude_of_records`, where there is one test, of every record that shows it; `not_foretold`, effects
+        of the wind with a value for every test, of which the others say nothing; `damping_discrepancy`, as of that
+        function.
     """
     data = diagnosis.data
     parts = folds(data)
@@ -102,31 +106,28 @@ def shrink(diagnosis: Diagnosis, *, alike: Collection[str] = (), workers: int = 
         held_out = {"records": names, **_closed(short[0], short[1], rng if measurable else None)}
         if runner and measurable:
             by_runner["fraction"] = _fraction(short[0], short[2])
-    stable, curves = [], None
-    if data.layout.wind.any():
-        test = data.layout.test
-        whole = [i for i, fold in enumerate(held) if np.array_equal(fold, test == test[np.argmax(fold)])]
-        by_test = [(held[i], predictions[0][i][0], predictions[1][i][0]) for i in whole]
-        misstated = any(Term.STRUCTURAL in CATALOGUE[name].terms for name in diagnosis.found if name in CATALOGUE)
-        stable = [_stable_amplitude(data, fold, null, final, misstated) for fold, null, final in by_test]
-        pairs = [(null.optimum, final.optimum) for _, null, final in by_test]
-        curves = damping_discrepancy(diagnosis.null, diagnosis.final, pairs)
-        if runner:
-            others = [
-                _stable_amplitude(data, held[i], predictions[0][i][0], predictions[2][i][0], misstated) for i in whole
-            ]
-            errors = [one["error_after"] for one in others]
-            by_runner["amplitude_error"] = float(np.median(errors)) if errors else None
-    else:
-        curves = damping_discrepancy(
-            diagnosis.null, diagnosis.final,
-            [(null.optimum, final.optimum) for (null, *_), (final, *_) in zip(*predictions[:2], strict=True)],
-        )  # fmt: skip
+    by_test = all(_whole(data, fold) for fold in held)
+    # of one test, records are left out one by one: an amplitude is foretold where others show one, too
+    shown = [i for i, fold in enumerate(held) if by_test or _shows(data, fold)] if data.layout.wind.any() else []
+    shown = shown if by_test or len(shown) > 1 else []
+    misstated = any(Term.STRUCTURAL in CATALOGUE[name].terms for name in diagnosis.found if name in CATALOGUE)
+
+    def amplitudes(learner: int) -> list[dict[str, Any]]:
+        nulls, others = predictions[0], predictions[learner]
+        return [_stable_amplitude(data, held[i], nulls[i][0], others[i][0], misstated) for i in shown]
+
+    stable = amplitudes(1)
+    pairs = [(null.optimum, final.optimum) for (null, *_), (final, *_) in zip(*predictions[:2], strict=True)]
+    curves = damping_discrepancy(diagnosis.null, diagnosis.final, pairs)
+    if runner and (errors := [one["error_after"] for one in amplitudes(2)]):
+        by_runner["amplitude_error"] = float(np.median(errors))
     result: dict[str, Any] = as_json({
         "metric": METRIC, **_closed(used[0], used[1], rng if on_used else None), "held_out": held_out,
-        "measurable": measurable, "headline": _headline(stable, curves),
+        "measurable": measurable, "headline": _headline(data, stable, curves),
         "runner_up": {"effect": runner, **by_runner} if runner else None,
-        "stable_amplitude": stable, "damping_discrepancy": curves,
+        "not_foretold": _not_foretold(diagnosis) if by_test and shown else [],
+        "stable_amplitude": stable if by_test else [], "damping_discrepancy": curves,
+        "stable_amplitude_of_records": [] if by_test else stable,
     })  # fmt: skip
     return result
 
@@ -162,13 +163,33 @@ def _fraction(before: FloatArray, after: FloatArray) -> float:
     return float(np.clip((before.sum() - after.sum()) / before.sum(), -1.0, 1.0))
 
 
+def _whole(data: GapData, fold: np.ndarray) -> bool:
+    """Whether what is left out is a whole test in wind."""
+    j = data.layout.test[np.argmax(fold)]
+    return bool(j >= 0 and np.array_equal(fold, data.layout.test == j))
+
+
+def _shows(data: GapData, fold: np.ndarray) -> bool:
+    """Whether a record shows a stable amplitude: a lock-in record, or a transient that is long enough to settle."""
+    layout, r = data.layout, int(np.argmax(fold))
+    return bool(layout.direction[r] == 0 or layout.duration[r] * layout.rate[r] >= SETTLED)
+
+
+def _not_foretold(diagnosis: Diagnosis) -> list[str]:
+    """Effects of the wind that have a value for every test: of one left out the others say none."""
+    own = {one.effect for one in diagnosis.final.hypothesis.variants if one.scope.extent is Extent.EACH_TEST}
+    effects = CATALOGUE | {UNKNOWN.name: UNKNOWN}
+    return [name for name in diagnosis.found if name in own and effects[name].belongs is Belongs.WIND]
+
+
 def _stable_amplitude(
     data: GapData, fold: np.ndarray, null: NormalPosterior, final: NormalPosterior, misstated: bool
 ) -> dict[str, Any]:
-    """The stable amplitude of a test left out, as read; a misstated damping is what the null model goes by."""
+    """The stable amplitude of a test left out, or of a record, as read; the null model goes by a misstated damping."""
     records = np.flatnonzero(fold)
     test = next(t for t in data.campaign.tests if t.name == data.tests[data.layout.test[records[0]]])
-    stated = test.stable_amplitude
+    whole = _whole(data, fold)
+    stated = test.stable_amplitude if whole else None
     ends = [settled_end(data.cycles[data.layout.records[r]]) for r in records]
     measured = stated.mean if stated else float(np.mean(ends))
     number = float(data.layout.scruton_number[records[0]]) if misstated else None
@@ -177,28 +198,32 @@ def _stable_amplitude(
                          for r in records]))
         for k, n in ((null, number), (final, None))
     )  # fmt: skip
-    return {
-        "test": test.name, "measured": measured, "before": before, "after": after,
+    left_out = {"test": test.name} if whole else {"record": data.layout.records[records[0]]}
+    return left_out | {
+        "measured": measured, "before": before, "after": after,
         "error_before": abs(before - measured) / measured, "error_after": abs(after - measured) / measured,
     }  # fmt: skip
 
 
-def _headline(stable: Sequence[dict[str, Any]], curves: dict[str, Any] | None) -> dict[str, Any] | None:
+def _headline(data: GapData, stable: Sequence[dict[str, Any]], curves: dict[str, Any]) -> dict[str, Any] | None:
     """What is left out in turn, before and after: errors over the tests or records, and in how many they grew."""
     head: dict[str, Any] = {}
+    if records := curves.get("records", []):
+        head = {"test": data.tests[next(iter(data.first_in_wind))]} if data.layout.wind.any() else {}
+        head["records"] = len(records)
+    elif curves["tests"]:
+        head = {"tests": len(curves["tests"])}
     if stable:
         errors = (np.array([test[key] for test in stable]) for key in ("error_before", "error_after"))
         before, after = (np.nan_to_num(error, nan=np.inf) for error in errors)  # of an amplitude that is none
-        head = {
-            "tests": len(stable), "amplitude_before": np.median(before), "amplitude_after": np.median(after),
+        head |= {"amplitudes": len(stable)} if "records" in head else {}
+        head |= {
+            "amplitude_before": np.median(before), "amplitude_after": np.median(after),
             "amplitude_worse": int(np.sum(after > before)),
         }  # fmt: skip
-    elif curves and curves.get("records"):
-        head = {"records": len(curves["records"])}
-    if head and curves:
-        each = curves.get("records") or curves["tests"]
+    if head:
         head |= {f"damping_{end}": curves[f"held_out_{end}"] for end in ("before", "after")}
-        head["damping_worse"] = sum(one["after"] > one["before"] for one in each)
+        head["damping_worse"] = sum(one["after"] > one["before"] for one in records or curves["tests"])
     return head or None
 
 
@@ -208,46 +233,50 @@ def damping_discrepancy(
     """Mean distance of damping curves from the measured ones over ln(amplitude) and tests, over the relaxation rate.
 
     The measured curve of a test is that of the verdict's hypothesis with a generic discrepancy of every test by its
-    own, fitted in the likelihood of all records; its noise keeps the distance of a right model above zero.  Without
-    wind every record stands for a test, and the rate is that of the structural damping.
+    own, fitted in the likelihood of all records; its noise keeps the distance of a right model above zero.  Of one test
+    every record in wind stands for a test, over its own amplitudes; without wind every record does, and the rate is
+    that of the structural damping.
 
-    `left_out` holds coordinates of the null model and the verdict's, one pair a test in order, from the records of the
-    others; where no test can be left out, the distances held out are those of the fits to all records, and None
-    without wind.  `tests` of the result has the distances held out of each, without wind `records`.
+    `left_out` holds coordinates of the null model and the verdict's, one pair a test (or record) in order, from the
+    records of the others; where none can be left out, the distances held out are None.  `tests` of the result has the
+    distances held out of each, or `records`.
     """
     data, layout = final.hypothesis.data, final.hypothesis.data.layout
-    still = not layout.wind.any()
-    scope = Scope(Extent.EACH_RECORD, layout.each(~layout.wind)) if still else Scope(Extent.EACH_TEST, layout.by_test())
+    still, tests = not layout.wind.any(), list(data.first_in_wind.values())
+    wind = np.flatnonzero(layout.wind)
+    single = still or (len(tests) == 1 and wind.size > 1)
+    scope = Scope(Extent.EACH_RECORD, layout.each(layout.wind != still)) if single else None
+    scope = scope or Scope(Extent.EACH_TEST, layout.by_test())
     fitted = final.with_variants(discrepancy("measured", scope), iterations=_ITERATIONS)
-    tests = list(range(len(layout.records)) if still else data.first_in_wind.values())
-    measured = [_curve(fitted.hypothesis, fitted.mode, r) for r in tests]
+    tests = list(range(len(layout.records))) if still else wind.tolist() if single else tests
+    measured = [_curve(fitted.hypothesis, fitted.mode, r, alone=single) for r in tests]
 
     def distances(hypothesis: Hypothesis, each: Sequence[FloatArray]) -> list[float]:
         return [
-            float(np.mean(np.abs(_curve(hypothesis, u, r) - m)) / layout.rate[r])
+            float(np.mean(np.abs(_curve(hypothesis, u, r, alone=single) - m)) / layout.rate[r])
             for u, m, r in zip(each, measured, tests, strict=True)
         ]
 
     full = out = [distances(fit.hypothesis, [fit.mode] * len(tests)) for fit in (null, final)]
     if len(left_out) == len(tests):
         out = [distances(fit.hypothesis, [pair[i] for pair in left_out]) for i, fit in enumerate((null, final))]
-    told = len(left_out) == len(tests) or not still
+    told = len(left_out) == len(tests)
     before, after, *held_out = (float(np.mean(each)) for each in (*full, *out))
     result: dict[str, Any] = {"before": before, "after": after}
     result |= dict(zip(("held_out_before", "held_out_after"), held_out if told else (None, None), strict=True))
-    names = layout.records if still else [data.tests[layout.test[r]] for r in tests]
-    kind, each = ("record", "records") if still else ("test", "tests")
+    names = [layout.records[r] if single else data.tests[layout.test[r]] for r in tests]
+    kind, each = ("record", "records") if single else ("test", "tests")
     result[each] = [
         {kind: name, "before": before, "after": after} for name, before, after in zip(names, *out, strict=True) if told
     ]
     return {"tests": []} | result
 
 
-def _curve(hypothesis: Hypothesis, u: FloatArray, record: int) -> FloatArray:
-    """Damping rate -da/dt/a of a test, or of a record in still air, over the amplitudes read [1/s]; a steady wind."""
+def _curve(hypothesis: Hypothesis, u: FloatArray, record: int, *, alone: bool = False) -> FloatArray:
+    """Damping rate -da/dt/a of a test, or of a record `alone`, over the amplitudes read [1/s]; in a steady wind."""
     data, layout = hypothesis.data, hypothesis.data.layout
     cycles = data.channels.record == record
-    if layout.wind[record]:
+    if not alone:
         cycles = np.isin(data.channels.record, np.flatnonzero(layout.test == layout.test[record]))
     read = data.channels.amplitude[cycles]
     band = np.geomspace(max(np.quantile(read, 0.02), 0.03 * read.max()), read.max(), _BAND)

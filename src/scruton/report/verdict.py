@@ -14,8 +14,21 @@ Title = Callable[[str], str]
 
 
 def settled(gap: Mapping[str, Any]) -> bool:
-    """Whether the verdict of a gap.json is probable enough to be named without the next."""
+    """Whether the verdict of a gap.json is named without the next: it is probable enough, and nothing is like it."""
+    return _probable(gap) and not _alike(gap)
+
+
+def _probable(gap: Mapping[str, Any]) -> bool:
     return bool(gap["probability"][gap["verdict"]] >= SETTLED)
+
+
+def _alike(gap: Mapping[str, Any]) -> list[str]:
+    """What the records cannot tell from an effect that is the verdict, of those whose probability is on record."""
+    verdict = gap["verdict"]
+    if verdict == "none":  # beside it stands what could be there and not be seen
+        return []
+    groups = (group for group in gap.get("indistinguishable", ()) if verdict in group)
+    return [name for name in next(groups, ()) if name != verdict and name in gap["probability"]]
 
 
 def odds(p: float) -> str:
@@ -56,8 +69,13 @@ def condition(gap: Mapping[str, Any], name: str) -> str:
 
 
 def likeliest(gap: Mapping[str, Any]) -> list[tuple[str, float]]:
-    """The causes that are named where nothing is settled, with their probabilities: two, and others of some weight."""
+    """The causes that are named where nothing is settled, with their probabilities: two, and others of some weight.
+
+    Where one is probable enough and others are like it, those.
+    """
     causes = sorted(((name, p) for name, p in gap["probability"].items() if name != "none"), key=lambda pair: -pair[1])
+    if _probable(gap) and (others := _alike(gap)):
+        return [(name, p) for name, p in causes if name in {gap["verdict"], *others}]
     return [(name, p) for i, (name, p) in enumerate(causes) if i < 2 or p >= NAMED_ABOVE]
 
 

@@ -14,12 +14,13 @@ from scruton.report.wording import PAGE, PARAMETERS, Notation
 
 _SIZE = ("parameter", "of", "median", "90 % interval", "unit", "form")
 _ERRORS = ("amplitude, before", "amplitude, after", "damping, before", "damping, after")
+_OFF_BY = "Amplitude: stable, over the measured one; damping: the curve, in the mean, over the relaxation damping."
 
 
 def held_out_table(gap: Mapping[str, Any], of: Notation, unit: str) -> Table:
-    """What a user predicts of a test from the others: how far that is off before and after; in still air of a record.
+    """What a user predicts of a test from the others: how far that is off before and after.
 
-    Nothing is stable there: the damping alone is foretold.
+    Of one test, and in still air, it is a record from the others; nothing is stable in still air.
     """
     shrink = gap["shrink"]
     measurable = shrink.get("measurable", True)
@@ -29,8 +30,28 @@ def held_out_table(gap: Mapping[str, Any], of: Notation, unit: str) -> Table:
     def off(*errors: float | None) -> tuple[str, ...]:
         return tuple(of.missing if error is None else f"{100.0 * error:.1f} %" for error in errors)
 
+    (factor, shown), (per, _) = shown_in(unit), shown_in(SCRUTON)
+    records = curves.get("records", ()) if measurable else ()
+    if not tests and "test" in (shrink.get("headline") or {}):
+        level = {one["record"]: one for one in shrink["stable_amplitude_of_records"]}
+        nothing = dict.fromkeys(("measured", "error_before", "error_after"))
+        rows = []
+        for curve in records:
+            one = level.get(curve["record"], nothing)
+            rows.append((
+                curve["record"], curve.get("rig", of.missing),
+                of.missing if one["measured"] is None else of.number(factor * one["measured"]),
+                *off(one["error_before"], one["error_after"], curve["before"], curve["after"]),
+            ))  # fmt: skip
+        return Table(
+            "gap_amplitudes",
+            "Errors of what the other records of the test foretell of each, before and after the effect is put in",
+            ("record", "rig", f"measured [{of.unit(shown)}]", *_ERRORS),
+            rows,
+            f"{_OFF_BY} A record that has not settled shows no stable amplitude.",
+            (False, False, True, True, True, True, True),
+        )
     if not tests:
-        records = curves.get("records", ()) if measurable else ()
         return Table(
             "gap_amplitudes",
             "Errors of what the other records foretell of each, before and after the effect is put in",
@@ -40,7 +61,6 @@ def held_out_table(gap: Mapping[str, Any], of: Notation, unit: str) -> Table:
             (False, False, True, True),
         )
     damping = {test["test"]: test for test in curves.get("tests", ())}
-    (factor, shown), (per, _) = shown_in(unit), shown_in(SCRUTON)
     rows = []
     for test in tests:
         curve, number = damping.get(test["test"], {}), test.get("scruton_number")
@@ -54,7 +74,7 @@ def held_out_table(gap: Mapping[str, Any], of: Notation, unit: str) -> Table:
         "Errors of what the other tests foretell of each, before and after the effect is put in",
         ("test", "rig", "Sc", f"measured [{of.unit(shown)}]", *_ERRORS),
         rows,
-        "Amplitude: stable, over the measured one; damping: the curve, in the mean, over the relaxation damping.",
+        _OFF_BY,
         (False, False, True, True, True, True, True, True),
     )
 

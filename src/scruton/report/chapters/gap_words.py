@@ -1,9 +1,10 @@
 """What a diagnosis says, in sentences: the verdict, what it means for the numbers, how far the gap shrinks."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
+from scruton.report.thresholds import NEARER, NEARER_BY
 from scruton.report.verdict import conclusion, condition, likeliest, odds, perhaps, settled
 from scruton.report.wording import percent, share
 
@@ -114,13 +115,27 @@ def shrink_sentence(entry: Mapping[str, Any]) -> str:
         return ""
     if not entry.get("measurable", True):
         return "The gap in the amplitudes of the cycles is too small to measure how far it shrinks."
-    return " ".join(words for words in (_headline(entry.get("headline")), _density(entry)) if words)
+    parts = (_headline(entry.get("headline")), _own(entry.get("not_foretold", ())), _density(entry))
+    return " ".join(words for words in parts if words)
+
+
+def _own(effects: Sequence[str]) -> str:
+    """What the errors of tests left out do not say, of effects that have a value for every test."""
+    if not effects:
+        return ""
+    has = "has" if len(effects) == 1 else "have"
+    return (
+        f"What was put in ({_names(effects)}) {has} values of its own in every test: of a test that is not there it "
+        "says nothing, and these errors say nothing of how it would do."
+    )
 
 
 def _headline(head: Mapping[str, Any] | None) -> str:
-    """Errors of what is predicted of a test from the others, or of a record in still air."""
+    """Errors of what is predicted of a test from the others, of a record of the only one, or of one in still air."""
     if not head:
         return ""
+    if "test" in head:
+        return _of_one_test(head)
     if "records" in head:  # still air: nothing is stable
         return (
             f"Of records left out in turn, the damping curve is off by {_off(head['damping_before'])} before and "
@@ -141,6 +156,21 @@ def _headline(head: Mapping[str, Any] | None) -> str:
     return f"{words}."
 
 
+def _of_one_test(head: Mapping[str, Any]) -> str:
+    """Errors of what the other records of a test foretell of each: at no other Scruton number."""
+    words = (
+        f"Of the records of {head['test']} left out in turn, the damping curve is off by "
+        f"{_off(head['damping_before'])} before and {_off(head['damping_after'])} of the relaxation damping after"
+        f"{_worse(head['damping_worse'], head['records'])}"
+    )
+    if count := head.get("amplitudes"):
+        words += (
+            f"; the stable amplitude, which {count} of {head['records']} show, by {_off(head['amplitude_before'])} "
+            f"(median) and {_off(head['amplitude_after'])}{_worse(head['amplitude_worse'], count)}"
+        )
+    return f"{words}. There is no other test to leave out: how it is at another Scruton number is not tested."
+
+
 def _off(error: float | None) -> str:
     """A relative error; none where what is predicted has no stable amplitude, or no end."""
     return "more than any measure" if error is None else percent(error, 2)
@@ -159,11 +189,13 @@ def _density(entry: Mapping[str, Any]) -> str:
     runner, closed = entry.get("runner_up"), entry["held_out"].get("fraction")
     if not runner or runner["fraction"] is None:
         return f"{words}."
-    leaves = ""
-    if runner.get("amplitude_error") is not None:
-        leaves = f", and leave the amplitude off by {percent(runner['amplitude_error'], 2)}"
+    leaves, error = "", runner.get("amplitude_error")
+    own = (entry.get("headline") or {}).get("amplitude_after")
+    nearer = error is not None and own is not None and error < NEARER * own and own - error > NEARER_BY
+    if error is not None:
+        leaves = f", and leave the amplitude off by {percent(error, 2)}{' only' * nearer}"
     rival = f"the runner-up ({in_words(runner['effect'])}) would close {share(runner['fraction'])}{leaves}"
-    if closed is not None and round(runner["fraction"], 2) > round(closed, 2):
+    if nearer or (closed is not None and round(runner["fraction"], 2) > round(closed, 2)):
         return f"{words}. Of records held out the verdict is not the best account: {rival}."
     return f"{words}; {rival}."
 
