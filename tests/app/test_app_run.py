@@ -104,3 +104,9 @@ def test_the_block_is_what_json_can_hold() -> None:
     block = provenance(None, seed=1, sha256={}, settings={"sc": [30.0]})
     assert json.loads(json.dumps(block)) == block
     assert set(block) == BLOCK
+
+
+def test_what_was_asked_for_stands_in_the_provenance_of_a_fit(small_results):
+    summary = json.loads((small_results / "fit.json").read_text(encoding="utf-8"))
+    assert summary["provenance"]["command"] == "fit --seed 0 --model default"
+    assert summary["provenance"]["settings"]["tests"] == []
