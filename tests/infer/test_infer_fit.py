@@ -278,7 +278,7 @@ def test_one_law_is_not_weighed(quick):
         "forces_hold": True,
         "weights": {
             "n=-1": {
-                "prior": 1.0, "weight": 1.0, "common": 0.0, "stacking": 1.0, "log_evidence": None,
+                "prior": 1.0, "weight": 1.0, "common": 0.0, "stacking": None, "log_evidence": None,
                 "log_evidence_error": None, "sampled": True,
             }
         },
