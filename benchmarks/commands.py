@@ -1,11 +1,9 @@
 """Whole commands on the shipped example, as a user runs them: processor seconds of one core, and peak memory."""
 
-import os
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
+from benchmarks import large
 from benchmarks.result import Figure
 
 CAMPAIGN = Path("examples/rectangle-4to1")
@@ -15,13 +13,10 @@ REPEATS = 2  # the better one counts: a busy machine only adds
 
 def spent(*arguments: object) -> tuple[float, float]:
     """Processor seconds, user and system, and peak memory [MB] of one command, its children included."""
-    command = [sys.executable, "-m", "scruton", *map(str, arguments)]
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
-        _, status, used = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-    if process.returncode not in (0, 1):
-        raise SystemExit(f"{' '.join(command)} ended with {process.returncode}")
-    return used.ru_utime + used.ru_stime, used.ru_maxrss / 1024.0
+    cost = large.run(*arguments)
+    if cost.code not in (0, 1):
+        raise SystemExit(f"scruton {' '.join(map(str, arguments))} ended with {cost.code}")
+    return cost.processor, cost.memory
 
 
 def run() -> list[Figure]:

@@ -101,7 +101,7 @@ def examine(
         "meaning": meaning(diagnosis, design_sc),
         "unknown": describe_unknown(diagnosis, findings),
         "where": [finding.to_json() for finding in findings],
-        "shrink": _by_rig(shrink(diagnosis, alike=groups[0], workers=workers), diagnosis.data) if gap else {},
+        "shrink": shrink(diagnosis, alike=groups[0], workers=workers) if gap else {},
         "effects": {name: {"parameters": found_parameters(diagnosis, name)} for name in diagnosis.found},
         "advice": advise(diagnosis),
         "invisible": invisible(diagnosis),
@@ -132,20 +132,6 @@ def _temperatures() -> str:
         f"evidences are divided by {ANY_TEMPERATURE:g} against none and by {TEMPERATURE:g} between effects, {by}; "
         f"{100.0 * FLOOR:g} % is dealt out evenly"
     )
-
-
-def _by_rig(shrunk: dict[str, Any], data: GapData) -> dict[str, Any]:
-    """The same with the rig of every test and record that was left out, and the Scruton number of a test."""
-    layout = data.layout
-    of = {data.tests[j]: (data.rigs[layout.rig[r]], float(layout.scruton_number[r])) for j, r in
-          data.first_in_wind.items()}  # fmt: skip
-    rigs = {name: data.rigs[i] for name, i in zip(layout.records, layout.rig, strict=True)}
-    for one in shrunk["stable_amplitude"]:
-        one["rig"], one["scruton_number"] = of[one["test"]]
-    curves = shrunk["damping_discrepancy"] or {}
-    for one in [*shrunk["stable_amplitude_of_records"], *curves.get("tests", ()), *curves.get("records", ())]:
-        one["rig"] = of[one["test"]][0] if "test" in one else rigs[one["record"]]
-    return shrunk
 
 
 def left_out_tests(data: GapData) -> list[str]:

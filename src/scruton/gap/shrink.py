@@ -198,11 +198,14 @@ def _stable_amplitude(
                          for r in records]))
         for k, n in ((null, number), (final, None))
     )  # fmt: skip
-    left_out = {"test": test.name} if whole else {"record": data.layout.records[records[0]]}
-    return left_out | {
+    first = int(records[0])
+    left_out: dict[str, Any] = {"test": test.name} if whole else {"record": data.layout.records[first]}
+    left_out |= {
         "measured": measured, "before": before, "after": after,
         "error_before": abs(before - measured) / measured, "error_after": abs(after - measured) / measured,
+        "rig": data.rigs[data.layout.rig[first]],
     }  # fmt: skip
+    return left_out | ({"scruton_number": float(data.layout.scruton_number[first])} if whole else {})
 
 
 def _headline(data: GapData, stable: Sequence[dict[str, Any]], curves: dict[str, Any]) -> dict[str, Any] | None:
@@ -258,16 +261,19 @@ def damping_discrepancy(
         ]
 
     full = out = [distances(fit.hypothesis, [fit.mode] * len(tests)) for fit in (null, final)]
-    if len(left_out) == len(tests):
-        out = [distances(fit.hypothesis, [pair[i] for pair in left_out]) for i, fit in enumerate((null, final))]
     told = len(left_out) == len(tests)
+    if told:
+        out = [distances(fit.hypothesis, [pair[i] for pair in left_out]) for i, fit in enumerate((null, final))]
     before, after, *held_out = (float(np.mean(each)) for each in (*full, *out))
     result: dict[str, Any] = {"before": before, "after": after}
     result |= dict(zip(("held_out_before", "held_out_after"), held_out if told else (None, None), strict=True))
     names = [layout.records[r] if single else data.tests[layout.test[r]] for r in tests]
     kind, each = ("record", "records") if single else ("test", "tests")
+    rigs = [data.rigs[layout.rig[r]] for r in tests]
     result[each] = [
-        {kind: name, "before": before, "after": after} for name, before, after in zip(names, *out, strict=True) if told
+        {kind: name, "before": before, "after": after, "rig": rig}
+        for name, rig, before, after in zip(names, rigs, *out, strict=True)
+        if told
     ]
     return {"tests": []} | result
 

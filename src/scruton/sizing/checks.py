@@ -171,10 +171,9 @@ class Evidence:
                 by_start[place] = required_of(needs)
             return alone.reference, by_start[place]
 
-        def answer(label: str, name: str, near: float) -> tuple[float, float, float]:
+        def answer(label: str, name: str, near: float) -> tuple[float, Draws, float | None]:
             start, required = asked(label, near)
-            added = np.inf if (asks := required[name]) is None else asks
-            return start, added, float(np.median(draws.scruton_number(min(added, LARGEST_ADDED))))
+            return start, draws, required[name]
 
         by_law: dict[str, Required] = {}
         for label in self.each_law(furthest):
@@ -188,17 +187,19 @@ class Evidence:
         return by_law
 
 
-def _sent_on(answer: Callable[[float], tuple[float, float, float]], near: float) -> dict[float, float]:
+def _sent_on(answer: Callable[[float], tuple[float, Draws, float | None]], near: float) -> dict[float, float]:
     """Added damping by the Scruton number of the test that a law starts from, of the tests that send to one another.
 
-    `answer` tells both from the test nearest to a Scruton number, and the Scruton number with that damping: there
-    another test may be nearer.  One test alone where it is its own nearest.
+    `answer` tells, from the test nearest to a Scruton number, where that test is, the mode's draws, and the damping
+    that it requires, None where none suffices.  With that damping another test may be nearer.  One test alone where it
+    is its own nearest.
     """
     answers: dict[float, float] = {}
-    start, added, near = answer(near)
+    start, draws, required = answer(near)
     while start not in answers:
-        answers[start] = added
-        start, added, near = answer(near)
+        answers[start] = np.inf if required is None else required
+        near = float(np.median(draws.scruton_number(min(answers[start], LARGEST_ADDED))))
+        start, draws, required = answer(near)
     order = list(answers)
     return {one: answers[one] for one in order[order.index(start) :]}
 
@@ -213,13 +214,11 @@ def from_nearest_test(tree: "xr.DataTree", law_n: float, model: ModeModel, rules
     limit = min(rule.amplitude(bridge.motion, *place) for rule in rules)
     found: dict[float, ModeModel] = {}
 
-    def answer(near: float) -> tuple[float, float, float]:
+    def answer(near: float) -> tuple[float, Draws, float | None]:
         laws = law_curves(tree, law_n=law_n, near=near)
         found[laws.reference] = replace(model, laws=laws)
         draws = found[laws.reference].draws(u)
-        asks = required_of(draws.needed(limit))[ASKED]
-        added = np.inf if asks is None else asks
-        return laws.reference, added, float(np.median(draws.scruton_number(min(added, LARGEST_ADDED))))
+        return laws.reference, draws, required_of(draws.needed(limit))[ASKED]
 
     answers = _sent_on(answer, float(np.median(model.draws(u).scruton_number(0.0))))
     return found[max(answers, key=answers.__getitem__)]

@@ -231,8 +231,9 @@ def part_of(
                 "bridge.toml", "damper.position", f"{nodes[0]:g}, a node of mode {model.mode.name}",
                 "a place where every mode moves; left out, each mode's dampers stand where it is largest",
             )  # fmt: skip
-    remarks = [*aside(tree), *what_if(tree, law_n), *said]
-    if law_n is not None and what_if(tree, law_n):
+    asked = what_if(tree, law_n)
+    remarks = [*aside(tree), *asked, *said]
+    if law_n is not None and asked:
         models = tuple(from_nearest_test(tree, law_n, model, rules) for model in models)
     if law_n is not None and "effect" in tree:
         remarks.append(f"the fit carries {tree['effect'].attrs['effect']}; under one law alone it is left out")

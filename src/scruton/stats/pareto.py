@@ -30,8 +30,14 @@ def tail_shape(log_weights: FloatArray) -> float:
     if log_weights.size < FEWEST:
         return inf
     ordered = np.sort(log_weights - log_weights.max())
-    n = int(min(0.2 * ordered.size, 3.0 * sqrt(ordered.size)))
+    n = _tail_size(ordered.size)
     return _fitted(np.exp(ordered[-n:]) - np.exp(ordered[-n - 1]))[0]
+
+
+def _tail_size(count: int, efficiency: float = 1.0, most: float = 1.0) -> int:
+    """How many of so many weights are the tail; `efficiency` and `most` as of `smoothed`."""
+    tail = int(3.0 * sqrt(count / efficiency) if count * efficiency > 225 else count // 5)
+    return max(min(tail, int(most * count)), 5) if most < 1.0 else tail
 
 
 def smoothed(log_weights: FloatArray, *, efficiency: float = 1.0, most: float = 1.0) -> tuple[FloatArray, float]:
@@ -51,8 +57,7 @@ def smoothed(log_weights: FloatArray, *, efficiency: float = 1.0, most: float = 
         Where there are too few for a tail, or the tail has no spread.
     """
     n = log_weights.size
-    tail = int(3.0 * sqrt(n / efficiency) if n * efficiency > 225 else n // 5)
-    tail = max(min(tail, int(most * n)), 5) if most < 1.0 else tail
+    tail = _tail_size(n, efficiency, most)
     if tail < 5:
         raise ValueError("too few draws for a tail")
     found = log_weights - log_weights.max()
