@@ -128,7 +128,7 @@ def _block(x, y, se, gap, period, n, m0, p0, innovation, variance):  # type: ign
         x[QUAD, w] = -0.5 * (total[w] + np.log(x[PROD, w]) + x[QUAD, w] + y.size * LOG_2PI)
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@njit(cache=True, fastmath=True, error_model="numpy", forceinline=True)
 def _period(x, dt):  # type: ignore[no-untyped-def]
     """What does not change while the period does not."""
     for w in range(BLOCK):
@@ -142,7 +142,7 @@ def _period(x, dt):  # type: ignore[no-untyped-def]
         )  # fmt: skip
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _new_record(x):  # type: ignore[no-untyped-def]
     """A set-point of its own; of the departure is known what was known, and it has moved nothing yet."""
     x[THETA], x[COV] = 0.0, x[OFFSET2]
@@ -151,7 +151,7 @@ def _new_record(x):  # type: ignore[no-untyped-def]
         x[COV + i * (i + 1) // 2] = 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _first(x, y, s2, n, m0, p0, dt):  # type: ignore[no-untyped-def]
     """A diffuse state cannot be linearised: the first cycle fixes the state at its middle."""
     for w in range(BLOCK):
@@ -170,7 +170,7 @@ def _first(x, y, s2, n, m0, p0, dt):  # type: ignore[no-untyped-def]
         x[STEP, w] = 2.0 * (x[M, w] + x[STEP, w])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _unseen(x, n, dt):  # type: ignore[no-untyped-def]
     """Move everything on by dt without observation."""
     c_d, c_h, theta = np.empty(STATIC), np.empty(STATIC), np.empty(STATIC)
