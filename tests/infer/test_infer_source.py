@@ -83,7 +83,11 @@ SOURCES = {
 @pytest.mark.slow
 @pytest.mark.parametrize(("sensor_noise", "cases", "seed"), [(0.003, 60, 13), (0.01, 200, 2026), (0.02, 60, 13)])
 def test_intervals_cover_from_either_source(sensor_noise, cases, seed, capsys):
-    """90 % intervals of a* and lambda over pairs of records of the full equation; the raw Eq. (3) must fail."""
+    """90 % intervals of a* and lambda over pairs of records of the full equation; the raw Eq. (3) must fail.
+
+    The model allows for gusts, set-points and a departure from the law, of which these truths have none: intervals may
+    hold them more often than they say.
+    """
     card, rng = load_card("paper"), np.random.default_rng(seed)
     settings = replace(card.sampler, ensembles=2, walkers=128)
     hits = {name: np.zeros(2) for name in SOURCES}
@@ -100,7 +104,7 @@ def test_intervals_cover_from_either_source(sensor_noise, cases, seed, capsys):
         pair = list(records(truth, rng, sensor_noise))
         for name, envelope in SOURCES.items():
             data = EnvelopeData.join({record.kind.value: envelope(record, 8.0) for record in pair})
-            priors = (*(card.prior(of, Motion.HEAVING) for of in WIND[:4]), Prior(WIND[4], "lognormal", xi, 0.05))
+            priors = (*(card.prior(of, Motion.HEAVING) for of in WIND[:-1]), Prior(WIND[-1], "lognormal", xi, 0.05))
             posterior = WindPosterior(priors, data, (), 2 * np.pi * 8.0)
             chain = sample(posterior, settings, np.random.SeedSequence(case)).chain[..., :2]
             wanted = np.log([a_star, rate / posterior.omega0])
@@ -113,6 +117,7 @@ def test_intervals_cover_from_either_source(sensor_noise, cases, seed, capsys):
             print(f"\n{sensor_noise:g} {name}: holds {hits[name] / cases}, width {width[name]}, bias {bias[name]}")
     error = 3 * np.sqrt(0.9 * 0.1 / cases)
     for name in ("regression", "front-end"):
-        assert np.abs(hits[name] / cases - 0.9).max() < error, (name, hits[name] / cases)
+        assert (hits[name] / cases > 0.9 - error).all(), (name, hits[name] / cases)
+    np.testing.assert_allclose(width["front-end"], width["regression"], rtol=0.15)
     if sensor_noise > 0.01:
         assert (hits["raw"] / cases).min() < 0.7, "a noise floor that is left in must be seen to fail"
