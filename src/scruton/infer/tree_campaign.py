@@ -5,7 +5,7 @@ log likelihood is: only so do they go together in leave-one-out checks.  Free ru
 `posterior_predictive`.  Quantities that are one number (n of a law that is given) are left out: they have no R-hat.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -62,16 +62,15 @@ def model_groups(sampled: Sampled, sampling: Sampling) -> dict[str, xr.Dataset]:
     winds = [(test, v) for test, v in winds if test.wind.data.size]
     if winds:
         data, cycles = [test.wind.data for test, _ in winds], by_record([test.wind.data for test, _ in winds])
-        likelihood["amplitude"] = _by_cycle([test.wind.pointwise(v) for test, v in winds], shape)
-        ahead = [one_step(test, v, sampling) for test, v in winds]
-        expected = [
-            replicates(test.wind.data, _prior_of(prior, list(names).index(test.name)), rng) for test, _ in winds
-        ]
+        likelihood["amplitude"] = _by_cycle((test.wind.pointwise(v) for test, v in winds), shape)
+        ahead = _by_cycle((one_step(test, v, sampling) for test, v in winds), shape)
+        expected = _by_cycle(
+            (replicates(test.wind.data, _prior_of(prior, list(names).index(test.name)), rng) for test, _ in winds),
+            (1, RUNS),
+        )
         groups |= {
-            "posterior_predictive": group("posterior_predictive", {"amplitude": _by_cycle(ahead, shape)}, **cycles),
-            "prior_predictive": group(
-                "prior_predictive", {"amplitude": _by_cycle(expected, (1, RUNS))}, draw=np.arange(RUNS), **cycles
-            ),
+            "posterior_predictive": group("posterior_predictive", {"amplitude": ahead}, **cycles),
+            "prior_predictive": group("prior_predictive", {"amplitude": expected}, draw=np.arange(RUNS), **cycles),
             "observed_data": dataset(
                 f"{MODEL}/observed_data", {"amplitude": np.concatenate([one.amplitude for one in data])}, **cycles
             ),
@@ -103,9 +102,9 @@ def diagnostics(samples: Samples) -> dict[str, Any]:
     }
 
 
-def _by_cycle(parts: Sequence[FloatArray], shape: tuple[int, ...]) -> np.ndarray:
-    """Of all tests end to end, (chains, draws, N), in single precision."""
-    return np.concatenate(parts, axis=1).reshape(*shape, -1).astype(np.float32)
+def _by_cycle(parts: Iterable[FloatArray], shape: tuple[int, ...]) -> np.ndarray:
+    """Of all tests end to end, (chains, draws, N), in single precision, which holds one test at a time in double."""
+    return np.concatenate([part.astype(np.float32) for part in parts], axis=1).reshape(*shape, -1)
 
 
 def _log_prior(posterior: Any, u: FloatArray, shape: tuple[int, ...]) -> dict[str, FloatArray]:
