@@ -18,8 +18,8 @@ def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     Numba compiles a function anew when its own file has changed.  It does not look at what the function takes from
     other files, kernels and constants, so that after an update a filter could go on with the moments of before.
 
-    What a kernel calls that is more than a few lines is compiled into it by `forceinline`.  Left as a function it is, in
-    the process that compiles both, the one that was compiled by itself, and in all that load them from disk the
+    What a kernel calls that is more than a few lines is compiled into it by `forceinline`.  Left as a function it is,
+    in the process that compiles both, the one that was compiled by itself, and in all that load them from disk the
     caller's own copy: numbers that differ in their last digit, and after a search posteriors that do.
     """
     if function is None:
