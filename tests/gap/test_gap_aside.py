@@ -11,7 +11,8 @@ from scruton.dynamics.cycles import ABSENT
 from scruton.envelope.inspection import SET_ASIDE
 from scruton.errors import InputError
 from scruton.gap.data import load_gap
-from scruton.gap.diagnose import left_out_tests
+from scruton.gap.diagnose import examine, left_out_tests
+from scruton.infer.cards import load_card
 
 
 def test_a_weak_record_is_set_aside(small_campaign):
@@ -48,6 +49,18 @@ def test_a_test_at_another_wind_speed_is_left_out_and_said_to_be(small_campaign)
     assert flag.startswith("Left out of the diagnosis: slow. ")
     assert f"the peak test alone is read ({test.name})" in flag
     assert "`scruton fit` gives every test parameters of its own" in flag
+
+
+def test_what_a_record_says_against_what_is_stated_is_said_beside_the_verdict(small_campaign):
+    """A clock 10 % fast changes every rate of a record; `check` warned of it, and a diagnosis said "no gap" alone."""
+    campaign = load_campaign(small_campaign)
+    (test,) = campaign.tests
+    fast = replace(test.records[1], time=1.1 * test.records[1].time)
+    slipped = replace(campaign, tests=(replace(test, records=(test.records[0], fast)),))
+    _, content, *_ = examine(slipped, load_card(), workers=1)
+    (doubt,) = content["doubts"]
+    assert doubt.startswith("growth.csv: the line followed is at")
+    assert not examine(campaign, load_card(), workers=1)[1]["doubts"]
 
 
 def test_records_of_one_test_in_two_units_are_refused(small_campaign):

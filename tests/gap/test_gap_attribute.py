@@ -13,7 +13,7 @@ from scruton.calibrate.challenge.case import simulate_case
 from scruton.campaign.schema import Campaign
 from scruton.dynamics.effect_drift import effect_drift
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Term
-from scruton.dynamics.effects.effect import Extent, size_prior
+from scruton.dynamics.effects.effect import Extent, Parameter, size_prior
 from scruton.dynamics.limit_cycle import limit_cycle_amplitude
 from scruton.gap import attribute, diagnosis
 from scruton.gap.attribute import Candidate, log_noticeable, weigh
@@ -172,7 +172,7 @@ def test_the_evidence_of_what_nobody_would_notice_is_a_number(mode: float, posit
 
     def found(*members: int) -> float:
         size = size_prior("size", np.array(members), positive=positive)
-        hypothesis = SimpleNamespace(variants=[SimpleNamespace(parameters=(size,))])
+        hypothesis = SimpleNamespace(variants=[SimpleNamespace(parameters=(size,), scan="")])
         value = lambda *_: (np.full(size.size, mode), np.full(size.size, sd))  # noqa: E731
         return log_noticeable(SimpleNamespace(hypothesis=hypothesis, value=value))  # type: ignore[arg-type]
 
@@ -180,6 +180,19 @@ def test_the_evidence_of_what_nobody_would_notice_is_a_number(mode: float, posit
     assert found(0) == pytest.approx(np.log(posterior / prior), rel=1e-3, abs=1e-4)
     posterior, prior = (p * (2.0 - p) for p in (posterior, prior))  # either of two
     assert found(0, 1) == pytest.approx(np.log(posterior / prior), rel=1e-3, abs=1e-4)
+
+
+@pytest.mark.parametrize(("beats", "counts"), [(0.02, False), (0.8, False), (3.0, True), (-3.0, True)])
+def test_a_force_that_does_not_beat_with_the_response_is_more_drive(beats: float, counts: bool) -> None:
+    """Of a gain and a drift in gusts one test's drive was called vortex shedding, 0.85, at a hundredth of a beat."""
+    cycles = np.array([400.0, 100.0])
+    layout = SimpleNamespace(duration=cycles / 8.0, omega=np.full(2, 2.0 * np.pi * 8.0))
+    detuning = Parameter("detuning", 0.0, 0.05, np.zeros(2, dtype=int))
+    variant = SimpleNamespace(parameters=(detuning,), scan="detuning")
+    hypothesis = SimpleNamespace(variants=[variant], data=SimpleNamespace(layout=layout))
+    value = lambda *_: (np.array([beats / 400.0]), np.array([1e-4]))  # noqa: E731
+    gained = log_noticeable(SimpleNamespace(hypothesis=hypothesis, value=value))  # type: ignore[arg-type]
+    assert gained == pytest.approx(0.04, abs=0.01) if counts else gained < -5.0
 
 
 def test_the_likelihood_has_a_slope_in_the_moment_of_a_jump() -> None:

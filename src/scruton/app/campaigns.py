@@ -105,7 +105,7 @@ def diagnose(arguments: Namespace) -> Outcome:
         paths = work.published([work.new / RESULT, *pictures])
         with conventions(campaign):
             blocks = gap_summary(content, campaign.section.amplitude_unit)
-        return Outcome(render_text(blocks, line_width()), paths, content["set_aside"])
+        return Outcome(render_text(blocks, line_width()), paths, content["set_aside"] + content["doubts"])
 
 
 def simulate(arguments: Namespace) -> Outcome:

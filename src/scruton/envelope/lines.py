@@ -60,7 +60,7 @@ def _near(cycles: Cycles) -> Line | None:
     order = 4 if np.count_nonzero(strong) > 60 else 3
     course = np.polynomial.Polynomial.fit(x[strong], np.log(a[strong]), order, w=a[strong], domain=[-1, 1])
     turn = np.polynomial.Polynomial.fit(x[strong], cycles.phase[strong], order, w=a[strong], domain=[-1, 1])
-    main = np.where(strong, np.exp(course(x) + 1j * turn(x)), 0.0)
+    main = np.exp(np.where(strong, course(x), -np.inf) + 1j * turn(x))  # none where only noise is left
     rest = np.zeros(n, dtype=complex)
     # a rest that decays as the motion does would be as wide as the main line: compare like with like
     taper = np.hanning(n + 2)[1:-1]

@@ -11,8 +11,8 @@ import numpy as np
 from scipy.special import log_ndtr, logsumexp
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects import Effect
-from scruton.dynamics.effects.effect import DAMPING, DRIVE, Extent, Variant
+from scruton.dynamics.effects import Effect, Layout
+from scruton.dynamics.effects.effect import DAMPING, DRIVE, Extent, Parameter, Variant
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.screen import ScoreTest, Screen
 from scruton.gap.thresholds import FIT_SHARE, FIT_WITHIN, HOPELESS, MOST_FITS, NOTICED, QUICK_FITS
@@ -132,26 +132,44 @@ def log_noticeable(fit: FittedHypothesis) -> float:
     .. math:: \ln\frac{P(\max|s| > s_0 \mid y)}{P(\max|s| > s_0)}
 
     for the sizes s, in units of the relaxation damping or of the drive, of the variant that was added last, with the
-    normal approximation of their posterior. No gap and one of less than :math:`s_0` are the same thing.
+    normal approximation of their posterior. No gap and one of less than :math:`s_0` are the same thing; and so are a
+    force off the response that takes longer than a record to beat with it once, and more drive.
     """
     last = len(fit.hypothesis.variants) - 1
-    sized = [p for p in fit.hypothesis.variants[last].parameters if p.unit in (DAMPING, DRIVE) and not p.log]
-    if not sized:
-        return 0.0
-    modes, sds = (np.concatenate(x) for x in zip(*(fit.value(p.name, last) for p in sized), strict=True))
-    centres, scales, positive = (
-        np.concatenate([np.broadcast_to(getattr(p, name), p.size) for p in sized])
-        for name in ("location", "scale", "positive")
-    )
-    return _log_any_beyond(modes, sds, positive) - _log_any_beyond(centres, scales, positive)
+    variant = fit.hypothesis.variants[last]
+    sized = [(p, NOTICED) for p in variant.parameters if p.unit in (DAMPING, DRIVE) and not p.log]
+    detuned = [p for p in variant.parameters if p.name == variant.scan == "detuning"]
+    beating = [(p, _one_beat(p, fit.hypothesis.data.layout)) for p in detuned]
+
+    def gained(of: Sequence[tuple[Parameter, FloatArray | float]]) -> float:
+        """In units of what is just noticeable."""
+        modes, sds = (np.concatenate(x) for x in zip(*(_over(fit.value(p.name, last), u) for p, u in of), strict=True))
+        centres, scales = (
+            np.concatenate([np.broadcast_to(getattr(p, name) / unit, p.size) for p, unit in of])
+            for name in ("location", "scale")
+        )
+        positive = np.concatenate([np.broadcast_to(p.positive, p.size) for p, _ in of])
+        return _log_any_beyond(modes, sds, positive) - _log_any_beyond(centres, scales, positive)
+
+    return sum(gained(of) for of in (sized, beating) if of)
+
+
+def _over(values: tuple[FloatArray, FloatArray], unit: FloatArray | float) -> tuple[FloatArray, FloatArray]:
+    return values[0] / unit, values[1] / unit
+
+
+def _one_beat(detuning: Parameter, layout: Layout) -> FloatArray:
+    """Detuning, over the frequency, of one beat in the longest record of each member, (G,)."""
+    cycles = layout.duration * layout.omega / (2.0 * np.pi)
+    return np.array([1.0 / cycles[detuning.members == g].max() for g in range(detuning.size)])
 
 
 def _log_any_beyond(centres: FloatArray, scales: FloatArray, positive: np.ndarray) -> float:
-    """Log probability that any of some normal sizes, (n,) each, is noticeable; those that are positive cut at zero.
+    """Log probability that any of some normal sizes, (n,) each, is above one; those that are positive cut at zero.
 
     In logarithms throughout: of a size whose likelihood falls from zero on, either probability alone is nothing.
     """
-    above, below = (log_ndtr((side * centres - NOTICED) / scales) for side in (1.0, -1.0))
+    above, below = (log_ndtr((side * centres - 1.0) / scales) for side in (1.0, -1.0))
     beyond = np.minimum(np.where(positive, above - log_ndtr(centres / scales), np.logaddexp(above, below)), 0.0)
     with np.errstate(divide="ignore"):
         within = np.log(-np.expm1(beyond))

@@ -1,6 +1,6 @@
 """A campaign as diagnosis reads it: still air and the peak tests, the cycles of every record, what belongs to each."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.campaign import peak_tests
 from scruton.campaign.quantity import Quantity
+from scruton.campaign.remarks import Remark
 from scruton.campaign.schema import Campaign, Kind, Record
 from scruton.dynamics import Setting
 from scruton.dynamics.cycles import ABSENT, Channels, gaps
@@ -15,7 +16,7 @@ from scruton.dynamics.effects import Layout
 from scruton.dynamics.effects.aerodynamic import SAME_SPEED
 from scruton.dynamics.effects.terms import HATS
 from scruton.envelope import Cycles, usable, weigh
-from scruton.envelope.consistency import check_units
+from scruton.envelope.consistency import check_units, review
 from scruton.envelope.flat_tops import flat_top
 from scruton.envelope.harmonics import third_harmonic
 from scruton.errors import InputError
@@ -59,6 +60,8 @@ class GapData:
     at_other_speeds : GapData or None
         The same with more records at the end: of tests at other speeds of its rigs, where the reduced velocity lies
         between those of the peak tests, or a tenth of their span beyond.  None where there are none.
+    remarks : sequence of Remark
+        What the records say against what is stated of them.
     """
 
     campaign: Campaign
@@ -76,6 +79,7 @@ class GapData:
     cycles: Mapping[str, Cycles]
     priors: Mapping[str, Prior]
     at_other_speeds: "GapData | None" = None
+    remarks: Sequence[Remark] = ()
 
     @property
     def first_in_wind(self) -> dict[int, int]:
@@ -109,14 +113,15 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
     """
     card = card or load_card()
     campaign, cycles = usable(campaign, clipped=True)
-    check_units(weigh(campaign, cycles, {}))
+    inspection = weigh(campaign, cycles, {})
+    check_units(inspection)
     stable = {
         test.name: float(np.median([settled_end(cycles[record.name]) for record in test.records]))
         for test in campaign.tests
         if test.records
     }
     peaks = {test.name for test in peak_tests(campaign, stable)} if stable else set()
-    data = _assembled(campaign, card, cycles, stable, peaks)
+    data = replace(_assembled(campaign, card, cycles, stable, peaks), remarks=tuple(review(inspection)))
     others = _between_peaks(data, cycles)
     if not others:
         return data

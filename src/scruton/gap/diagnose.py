@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from scruton.campaign import Campaign, load_campaign
-from scruton.campaign.remarks import sentences
+from scruton.campaign.remarks import Severity, sentences
 from scruton.documents import as_json
 from scruton.envelope.inspection import SET_ASIDE
 from scruton.gap.advise import advise, confusions
@@ -111,6 +111,7 @@ def examine(
         "checks": as_json({name: vars(mark) for name, mark in diagnosis.checks.items()}),
         "flags": left_out_tests(diagnosis.data),
         "set_aside": sentences(remark for remark in campaign.remarks if remark.kind == SET_ASIDE),
+        "doubts": sentences((remark for remark in data.remarks if remark.kind != SET_ASIDE), Severity.DOUBT),
         "card": card.name,
         "card_sha256": card.sha256,
         "sha256": dict(campaign.sha256 or {}),

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -75,17 +76,15 @@ def search(
     bend = max(bends, key=lambda single: single.log_evidence, default=None)
     base, candidates, joined = null, singles, []
     enough = bend is not None and bend.log_evidence > null.log_evidence + thresholds.SECOND_NATS
-    if enough and bend and bend.best and _largest_size(bend.best) >= thresholds.SMALLEST:
+    if enough and bend and bend.best and not _negligible(bend):
         base, joined = bend.best, [bend]
         candidates = beside(base, {bend.name})
     generic = candidates[_UNKNOWN].log_evidence if _UNKNOWN in candidates else -np.inf
-    chain = _joined(joined, base, candidates, beside)
-    if bend is not None and joined and (variant := bend.variant) and variant.scope.extent is Extent.EACH_RIG:
-        shared = _alike(null, bend.name, effects, workers)
-        if shared.best is not None:
-            other = _joined([shared], shared.best, beside(shared.best, {shared.name}), beside)
-            slack = thresholds.SECOND_SHARE * (bend.log_evidence - null.log_evidence)  # as its form may be off by
-            chain = other if _evidence(other, null) > _evidence(chain, null) - slack else chain
+    alike = partial(_or_alike, effects=effects, workers=workers, beside=beside)
+    chain = alike(_joined(joined, base, candidates, beside), len(joined), base)
+    if bend is not None and joined:
+        slack = thresholds.SECOND_SHARE * (bend.log_evidence - null.log_evidence)  # as its form may be off by
+        chain = alike(chain, 0, null, slack=slack)
     if _evidence(chain, null) < generic:
         progress("pairs of effects", 0.5)
         pair = max(_pairs(base, candidates, effects, workers), key=lambda pair: _evidence(pair, null), default=[])
@@ -103,9 +102,10 @@ def search(
         places = _settled(null, chain, beside)
         gains = [place.best.log_evidence - place.base.log_evidence for place in places]
         # What joined beside a form that another has replaced since may mend nothing any more.
+        small = _small_together(null, [place.best for place in places])
         doubted = [
             i for i, place in enumerate(places)
-            if gains[i] < thresholds.SECOND_NATS or (i > 0 and probable(place) < 0.5)
+            if gains[i] < thresholds.SECOND_NATS or (i > 0 and (place.best.name in small or probable(place) < 0.5))
         ]  # fmt: skip
         if not doubted:
             return places
@@ -210,17 +210,34 @@ def _pairs(
             yield [first, second]
 
 
-def _alike(null: FittedHypothesis, name: str, effects: Sequence[Effect], workers: int) -> Candidate:
-    """A bend alike in every rig, where it was found of each by its own.
+def _or_alike(
+    chain: list[Candidate],
+    at: int,
+    base: FittedHypothesis,
+    *,
+    effects: Sequence[Effect],
+    workers: int,
+    beside: Weigh,
+    slack: float = 0.0,
+) -> list[Candidate]:
+    """A chain, or that of its effect number `at` alike in every rig, where it was found of each by its own.
 
-    Bends that differ may be one, read with gains that differ: each by its own leaves a gain nothing to show.
+    Effects that differ from rig to rig may be one, read with gains that differ: each by its own leaves a gain nothing
+    to show.  `base` has those that come before, and the other chain may have less evidence by the `slack`.
     """
-    own = next(effect for effect in effects if effect.name == name)
+    if at >= len(chain) or (found := chain[at].variant) is None or found.scope.extent is not Extent.EACH_RIG:
+        return chain
+    own, before = next(effect for effect in effects if effect.name == chain[at].name), chain[:at]
 
-    def alike(layout: Layout) -> list[Variant]:
+    def everywhere(layout: Layout) -> list[Variant]:
         return [variant for variant in own.forms(layout) if variant.scope.extent is Extent.EVERYWHERE]
 
-    return weigh(null, [replace(own, forms=alike)], workers=workers, quick=CATALOGUE)[name]
+    shared = weigh(base, [replace(own, forms=everywhere)], workers=workers, quick=CATALOGUE)[own.name]
+    if shared.best is None:
+        return chain
+    taken = {one.name for one in (*before, shared)}
+    other = _joined([*before, shared], shared.best, beside(shared.best, taken), beside)
+    return other if _evidence(other, base) > _evidence(chain, base) - slack else chain
 
 
 def _joined(
@@ -235,8 +252,8 @@ def _joined(
         needed = thresholds.SECOND_NATS + _misfit(first, rival - base.log_evidence) if chain else 0.0
         # A second effect has to beat the generic term: it would mend a first that is wrong, too.
         slack = slack_of_further(gain)
-        negligible = chain and best.best is not None and _largest_size(best.best) < thresholds.SMALLEST
-        if gain < needed or best.best is None or negligible or (chain and best.log_evidence < rival - slack):
+        small = chain and _negligible(best)
+        if gain < needed or best.best is None or small or (chain and best.log_evidence < rival - slack):
             break
         chain = [*chain, best]
         # What the readings show by themselves, rows of one value where a range ends, has no form that might be off: it
@@ -295,10 +312,25 @@ def _together(null: FittedHypothesis, effects: Sequence[Candidate]) -> FittedHyp
     return max((hypothesis.fit(point) for point in (start, found)), key=lambda fit: fit.log_evidence)
 
 
-def _largest_size(fit: FittedHypothesis) -> float:
-    """Largest size of the variant that was added last; infinite where it has none (a lag, a level)."""
-    last = len(fit.hypothesis.variants) - 1
-    variant = fit.hypothesis.variants[last]
-    sizes = [(fit.value(p.name, last)[0], p) for p in variant.parameters if not p.log and p.name != variant.scan]
+def _negligible(candidate: Candidate) -> bool:
+    """Whether an effect was found so small that it is nobody's concern."""
+    return candidate.best is not None and _largest_size(candidate.best, -1) < thresholds.SMALLEST
+
+
+def _small_together(null: FittedHypothesis, effects: Sequence[Candidate]) -> set[str]:
+    """Those of several effects that are so small with all of them in the model, wherever each was found."""
+    fit = _together(null, effects)
+    return {
+        variant.effect
+        for k, variant in enumerate(fit.hypothesis.variants)
+        if _largest_size(fit, k) < thresholds.SMALLEST
+    }
+
+
+def _largest_size(fit: FittedHypothesis, which: int) -> float:
+    """Largest size of one of the variants; infinite where it has none (a lag, a level)."""
+    which %= len(fit.hypothesis.variants)
+    variant = fit.hypothesis.variants[which]
+    sizes = [(fit.value(p.name, which)[0], p) for p in variant.parameters if not p.log and p.name != variant.scan]
     # of what cannot be negative, a fit below zero is nothing
     return max((float((size if p.positive else np.abs(size)).max()) for size, p in sizes), default=np.inf)
