@@ -103,3 +103,14 @@ def test_a_record_of_no_vortex_induced_vibration_is_set_aside(small_campaign, ra
     kept, cycles = usable(of_decay(load_campaign(small_campaign), change))
     assert ("decay.csv" in cycles) == (not reason)
     assert [reason in one.text for one in kept.remarks] == [True] * bool(reason)
+
+
+def test_where_no_record_in_wind_can_be_used_none_is_left_out(small_campaign):
+    """Metres filed as millimetres were set aside, and what was left, still air alone, was fitted and done."""
+    campaign = load_campaign(small_campaign)
+    (test,) = campaign.tests
+    large = tuple(replace(record, response=1000.0 * record.response) for record in test.records)
+    with pytest.raises(InputError, match=r"decay\.csv: .*a largest amplitude of .* wanted at most 5 A/D"):
+        usable(replace(campaign, tests=(replace(test, records=large),)))
+    _, cycles = usable(replace(campaign, tests=()))
+    assert cycles

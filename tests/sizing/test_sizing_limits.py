@@ -151,3 +151,10 @@ def test_a_mode_is_sized_against_the_limit_that_holds():
     assert sized.governing == "jtg"
     assert sized.governing_limit.limit > sized.limits[0].limit
     assert any('"rms-acceleration" does not govern, though it is the smallest' in flag for flag in sized.flags)
+
+
+def test_a_length_without_its_unit_is_no_amplitude_over_the_depth():
+    """70, of millimetres, was a limit of 70 A/D, for which no damper is needed."""
+    with pytest.raises(InputError, match=r'"70"; wanted .*a length has its unit.*, up to 5'):
+        limit("70")
+    assert limit("70 mm").value == pytest.approx(0.07)

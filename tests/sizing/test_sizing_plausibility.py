@@ -7,6 +7,7 @@ import pytest
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
 from scruton.sizing.bridge import Bridge, Mode
+from scruton.sizing.limits import limit
 from scruton.sizing.plausibility import odd_input
 
 ORDINARY = Mode("V1", Quantity(0.3, 0.003), Quantity(20_000.0, 400.0))
@@ -54,3 +55,10 @@ def test_alike_remarks_of_several_modes_are_one():
     remarks = odd_input(replace(DECK, modes=modes))
     assert len(remarks) == 1
     assert "V1, V2" in remarks[0]
+
+
+def test_a_limit_that_no_vortices_reach_is_remarked_on():
+    """With its unit forgotten a limit of 0.9 m asks for no damper."""
+    assert not odd_input(DECK, [limit("jtg"), limit("0.09 m"), limit("0.05")])
+    (remark,) = odd_input(DECK, [limit("0.9")])
+    assert "mode V1: the amplitude of the limit 0.9 is 0.9 A/D, outside" in remark

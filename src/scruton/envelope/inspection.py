@@ -130,8 +130,9 @@ def usable(
     Raises
     ------
     InputError
-        For the first record that cannot be used, where it is `strict`, no other is left, or only its records would tell
-        the damping of a rig; for a rig whose free decays are of another frequency altogether than stated (`retuned`).
+        For the first record that cannot be used, where it is `strict`, no other is left (in wind, where there are
+        some), or only its records would tell the damping of a rig; for a rig whose free decays are of another frequency
+        altogether than stated (`retuned`).
     """
     campaign = moving(campaign)
     campaign, cycles = _sifted(campaign if clipped else unclipped(campaign), source, strict, plucks)
@@ -193,6 +194,9 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
         if rig.records and not left.records and not rig.damping_ratio
     ]
     needed = [record.name for rig in bare for record in rig.records]
+    in_wind = [record.name for record, _, test in records_of(campaign) if test is not None]
+    if cycles and not needed and not any(name in cycles for name in in_wind):
+        needed = in_wind
     if strict or not cycles or needed:
         raise failures[needed[0] if needed else next(iter(failures))]
     remarks = (*campaign.remarks, *(_set_aside(name, error) for name, error in failures.items()))

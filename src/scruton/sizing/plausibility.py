@@ -1,16 +1,17 @@
 """What a bridge states, held against what can be: remarks on slips of the pen, which are no errors."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.campaign.plausibility import DAMPING, DENSITY, SLENDERNESS, Range, outside
+from scruton.campaign.plausibility import AMPLITUDE, DAMPING, DENSITY, SLENDERNESS, Range, outside
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.remarks import Remark, Severity, sentences
 from scruton.campaign.schema import Fluid, Motion
 from scruton.said import Said
 from scruton.sizing.bridge import Bridge, Mode
+from scruton.sizing.limits import Limit
 from scruton.sizing.thresholds import ODD_COV, ODD_SHARE
 
 FREQUENCY = Range(0.02, 20.0, "Hz", "no deck or tower of a bridge swings so slowly, none that vortices move so fast")
@@ -19,11 +20,10 @@ DEPTH = Range(0.01, 30.0, "m", "no deck is so deep or so thin")
 _GRID: FloatArray = np.asarray((np.arange(1000) + 0.5) / 1000.0, dtype=np.float64)
 
 
-def odd_input(bridge: Bridge) -> list[Said]:
-    """Remark on everything that a bridge states and that can hardly be, worst first."""
-    return sentences(
-        remark for part in (_bridge(bridge), *(_mode(bridge, mode) for mode in bridge.modes)) for remark in part
-    )
+def odd_input(bridge: Bridge, limits: Sequence[Limit] = ()) -> list[Said]:
+    """Remark on everything that a bridge and its limits state and that can hardly be, worst first."""
+    parts = _bridge(bridge), *(_mode(bridge, mode, limits) for mode in bridge.modes)
+    return sentences(remark for part in parts for remark in part)
 
 
 def _bridge(bridge: Bridge) -> Iterator[Remark]:
@@ -41,8 +41,14 @@ def _bridge(bridge: Bridge) -> Iterator[Remark]:
     yield from _spread(bridge.coherence, "coherence", "", "bridge")
 
 
-def _mode(bridge: Bridge, mode: Mode) -> Iterator[Remark]:
+def _mode(bridge: Bridge, mode: Mode, limits: Sequence[Limit]) -> Iterator[Remark]:
     about = ("mode", mode.name)
+    depth = bridge.depth if bridge.motion is Motion.HEAVING else 1.0
+    for limit in limits:
+        amplitude = limit.amplitude(bridge.motion, mode.frequency.mean, bridge.width, bridge.depth) / depth
+        yield from outside(
+            amplitude, AMPLITUDE[bridge.motion], "limit", *about, f"the amplitude of the limit {limit.text}"
+        )
     yield from outside(mode.frequency.mean, FREQUENCY, "frequency", *about, "the frequency")
     yield from _spread(mode.frequency, "frequency", *about)
     if mode.damping_ratio.mean < DAMPING.low:  # too much of it is remarked on as a design damping ratio

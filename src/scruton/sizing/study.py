@@ -270,7 +270,7 @@ def sizing_of(part: Part, dampers: Sequence[Placed] | None, offers: Sequence[Off
     """
     bridge, models, modes = part.bridge, part.models, part.modes
     doubt = [not_trusted(part.unconverged)] if part.unconverged else []
-    remarks = [*doubt, *odd_input(bridge), *(flag for mode in modes for flag in mode.flags), *part.said]
+    remarks = [*doubt, *odd_input(bridge, part.rules), *(flag for mode in modes for flag in mode.flags), *part.said]
     remarks += transfer_remarks(bridge.transfer, bridge.width, bridge.depth, bridge.motion)
     remarks += cost_remarks(bridge)
     shapes = [

@@ -2,6 +2,7 @@
 
 from scruton.campaign.schema import Motion
 from scruton.campaign.units import ANGLE, LENGTH, Dimension
+from scruton.envelope.thresholds import NO_VORTEX
 from scruton.sizing.limits.rule import ACCELERATION, Rule, displacement, of_edge
 
 RULES = (
@@ -20,8 +21,9 @@ RULES = (
     ),
     Rule(
         "amplitude-over-depth", "A fixed amplitude A/D (torsion: in rad)", "Stated by the project", "", None,
-        Dimension("an amplitude A/D, a bare number", "", 0.05),
+        Dimension("an amplitude A/D, a bare number (a length has its unit)", "", 0.05),
         {Motion.HEAVING: lambda _f, _b, d, value: value * d, Motion.TORSIONAL: lambda _f, _b, _d, value: value},
+        largest=NO_VORTEX,
     ),
     Rule(
         "angle", "A fixed rotation", "Stated by the project", "", None, ANGLE,
