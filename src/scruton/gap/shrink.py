@@ -60,12 +60,12 @@ def shrink(diagnosis: Diagnosis, *, alike: Collection[str] = (), workers: int = 
     -------
     dict
         `shrink` of gap.json: `headline`, median errors of the stable amplitude and mean ones of the damping curves of
-        tests left out, before and after, and in how many tests they grew, without wind of the damping curves of
-        records, and of one `test` of those of its records; nats that the null model (`before`) and the
-        verdict's (`after`) fall short of the ceiling on all records; `fraction`, (before - after)/before, cut off at
-        -1 and 1, None where the gap is too small to measure, and its `interval90` by bootstrap over records, None for
-        a single one, which says nothing of its like; the same of the records `held_out`, None where none can be;
-        `measurable`, on those held out or, without any, on those used; `runner_up`, the best effect that is not
+        tests left out, before and after, in how many tests they grew, and the `worst` amplitude after; without wind of
+        the damping curves of records, and of one `test` of those of its records; nats that the null model (`before`)
+        and the verdict's (`after`) fall short of the ceiling on all records; `fraction`, (before - after)/before, cut
+        off at -1 and 1, None where the gap is too small to measure, and its `interval90` by bootstrap over records,
+        None for a single one, which says nothing of its like; the same of the records `held_out`, None where none can
+        be; `measurable`, on those held out or, without any, on those used; `runner_up`, the best effect that is not
         `alike`, the part of the held-out gap that it closes, and its median error of the stable amplitude;
         `stable_amplitude` of every test left out in turn, as predicted by both, with relative errors;
         `stable_amplitude_of_records`, where there is one test, of every record that shows it; `not_foretold`, effects
@@ -224,6 +224,8 @@ def _headline(data: GapData, stable: Sequence[dict[str, Any]], curves: dict[str,
             "amplitude_before": np.median(before), "amplitude_after": np.median(after),
             "amplitude_worse": int(np.sum(after > before)),
         }  # fmt: skip
+        if "tests" in head:
+            head["worst"] = {"test": stable[int(np.argmax(after))]["test"], "error": float(after.max())}
     if head:
         head |= {f"damping_{end}": curves[f"held_out_{end}"] for end in ("before", "after")}
         head["damping_worse"] = sum(one["after"] > one["before"] for one in records or curves["tests"])

@@ -16,6 +16,8 @@ NAMED_ABOVE = 0.15  # probability, of a cause that is named in the sentence wher
 # Error of a held-out stable amplitude over the verdict's, and by how much it is smaller, from which the runner-up's is
 # said to be the better one.
 NEARER, NEARER_BY = 0.5, 0.01
+# Error of the worst of the held-out stable amplitudes, and that over the median one, from which it is told beside it.
+STAYS_OFF, STAYS_OFF_SHARE = 0.08, 3.0
 PROBABILITY_SHOWN = 0.005  # of a cause of the gap: smaller ones are shown together
 SIZES_SHOWN = 6  # parameters of an effect that the terminal lists; all of them are on the page and in gap.json
 PLACES_SHOWN = 12  # places of the gap that the page lists; all of them are in gap.json

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
-from scruton.report.thresholds import NEARER, NEARER_BY
+from scruton.report.thresholds import NEARER, NEARER_BY, STAYS_OFF, STAYS_OFF_SHARE
 from scruton.report.verdict import conclusion, condition, likeliest, odds, perhaps, settled
 from scruton.report.wording import percent, share
 
@@ -146,7 +146,7 @@ def _headline(head: Mapping[str, Any] | None) -> str:
     words = (
         "Of tests left out in turn, the stable amplitude is off by "
         f"{_off(head['amplitude_before'])} (median) before and {_off(head['amplitude_after'])} after"
-        f"{_worse(head['amplitude_worse'], tests)}"
+        f"{_worst(head)}{_worse(head['amplitude_worse'], tests)}"
     )
     if "damping_before" in head:
         words += (
@@ -174,6 +174,15 @@ def _of_one_test(head: Mapping[str, Any]) -> str:
 def _off(error: float | None) -> str:
     """A relative error; none where what is predicted has no stable amplitude, or no end."""
     return "more than any measure" if error is None else percent(error, 2)
+
+
+def _worst(head: Mapping[str, Any]) -> str:
+    """The test that stays far off, while the median is near: what was found does not account for that one."""
+    worst, median = head.get("worst", {"error": 0.0}), head["amplitude_after"]
+    error = worst["error"]
+    if median is None or (error is not None and error < max(STAYS_OFF, STAYS_OFF_SHARE * median)):
+        return ""
+    return f" (in {worst['test']} still by {_off(error)})"
 
 
 def _worse(count: int, of: int) -> str:
