@@ -29,9 +29,9 @@ def required_tables(content: Content, of: Notation) -> Iterator[Table]:
                     ("", *_SHARES),
                     [*rows, *_reach_rows(limit, of)],
                     f"x is the extrapolation index from the nearest test: laws part beyond {X_TRUSTED:g} (!). Without "
-                    "a law the damping is that which the transients show at the amplitude of the limit. A law that does "
-                    "not hold starts from the nearest test, what is weighed from the curve of all: its row may lie "
-                    "outside the others." + _by_hand(limit, content["amplitude_unit"], of),
+                    "a law the damping is that which the transients show at the amplitude of the limit. A law that "
+                    "does not hold starts from the nearest test, what is weighed from the curve of all: its row may "
+                    "lie outside the others." + _by_hand(limit, content["amplitude_unit"], of),
                     numeric=(False, *[True] * len(_SHARES)),
                 )
 
