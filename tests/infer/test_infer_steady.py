@@ -187,13 +187,13 @@ def test_gusts_that_move_the_frequency_fail_the_comparison_with_the_phase() -> N
     assert "amplitude against phase" in failed(found)
     ratio = next(one for one in found.conditions if one.name == "amplitude against phase")
     assert ratio.value < ratio.low
-    assert ratio.sentence.endswith(": the frequency drifts")
+    assert ratio.sentence.endswith(": the frequency wanders")
 
 
 def test_a_short_record_is_not_enough() -> None:
     found, _ = verdict(record(14, times=20.0))
     assert "relaxation times" in failed(found)
-    assert "(at least 30)" in found.explain()
+    assert "(at least 30 wanted)" in found.explain()
 
 
 def test_innovations_that_are_not_white_are_said_with_their_p() -> None:
@@ -280,7 +280,7 @@ def test_the_measured_lock_in_records_are_not_used(shared_data: Callable[[str], 
         found = judge_steady(name, cycles, samples, posterior)
         assert not found.usable, found.explain()
         assert {"white innovations", "no slow gusts", "amplitude against phase"} <= failed(found)
-        assert found.explain().endswith(": the frequency drifts")
+        assert found.explain().endswith(": the frequency wanders")
 
 
 def test_of_records_that_swing_past_their_stable_amplitude_only_where_they_stand_counts():

@@ -350,7 +350,10 @@ def _long(cycles: Cycles, rate: FloatArray, log_ratio: FloatArray, prior: Prior)
     length = float(cycles.time[-1] - cycles.time[0]) + 1.0 / cycles.reference_frequency
     times, least = length * float(np.quantile(rate, 0.05)), limits.RELAXATIONS
     moved, most = float(log_ratio.std()) / prior.scale, limits.RATE_SD
-    text = f"the record holds {times:.0f} relaxation times at the 5 % quantile of the rate (at least {least:g})"
+    text = (
+        f"its fluctuations alone leave it as few as {times:.0f} relaxation times, by the 5 % quantile of the rate that "
+        f"they tell (at least {least:g} wanted)"
+    )
     if moved > most:
         text = f"the rate is hardly known: its posterior is {moved:.2f} times as wide as its prior (at most {most:g})"
     return Condition("relaxation times", times >= least and moved <= most, times, least, float("inf"), text)
@@ -370,5 +373,5 @@ def _phase(run: Cycles, rate: float, log_q: FloatArray, error: float) -> Conditi
         f"({low:.2g} to {high:.3g} wanted)"
     )
     if not holds:
-        text += ": the frequency drifts" if value < 1.0 else ": more than broad-band turbulence moves the amplitude"
+        text += ": the frequency wanders" if value < 1.0 else ": more than broad-band turbulence moves the amplitude"
     return Condition(name, holds, value, low, high, text)
