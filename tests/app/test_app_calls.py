@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 import scruton
 from scruton import plot
 from scruton.campaign.quantity import Quantity
+from scruton.campaign.schema import Kind
 from scruton.documents import write_document
 from scruton.errors import InputError
 from scruton.infer.store import write_fit
@@ -183,10 +184,13 @@ def test_what_no_call_takes_is_refused_before_any_work(fit, small_campaign, monk
 def test_the_quick_estimation_says_why_no_transient_is_left(small_campaign):
     campaign = scruton.load_campaign(small_campaign)
     (test,) = campaign.tests
-    noise = np.random.default_rng(2).standard_normal(test.records[0].time.size)
-    records = tuple(replace(one, response=noise[: one.time.size]) for one in test.records)
+    decay, growth = test.records
+    noise = replace(decay, response=np.random.default_rng(2).standard_normal(decay.time.size))
+    stands = replace(growth, kind=Kind.STEADY)
     with pytest.raises(InputError, match=r"no transient decay\.csv: set aside: no .*; wanted a growth or a decay"):
-        scruton.identify(replace(campaign, tests=(replace(test, records=records),)))
+        scruton.identify(replace(campaign, tests=(replace(test, records=(noise, stands)),)))
+    with pytest.raises(InputError, match=r"decay\.csv: tests\[0\]\.records\[0\]: found no line in the spectrum"):
+        scruton.identify(replace(campaign, tests=(replace(test, records=(noise,)),)))
 
 
 def test_a_fit_carries_an_effect(fit, monkeypatch, small_campaign):
