@@ -144,13 +144,12 @@ def test_damping_of_each_rig_by_its_own_gives_way_to_one_that_gains_read_differe
     world: World = {(A,): 500.0, (C,): 20.0, (A, C): 501.0, (f"{A} alike",): 300.0, (f"{A} alike", C): 560.0}
     places = found(world, own=[A])
     assert names(places) == [A, C]
-    assert [name for name, *_ in map(_forms, places)] == [f"{A} alike", C]
+    assert [_form(place) for place in places] == [f"{A} alike", C]
     assert names(found(world | {(f"{A} alike", C): 490.0}, own=[A])) == [A], "with less evidence it is none"
 
 
-def _forms(place: Place) -> list[str]:
-    assert place.best.variant is not None
-    return [place.best.variant.name]  # type: ignore[attr-defined]
+def _form(place: Place) -> str:
+    return place.best.variant.name  # type: ignore[union-attr]
 
 
 # What the frequency shows is worth 500 with and without the rest, and the generic term knows nothing of it.

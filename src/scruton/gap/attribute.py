@@ -142,20 +142,17 @@ def log_noticeable(fit: FittedHypothesis) -> float:
     beating = [(p, _one_beat(p, fit.hypothesis.data.layout)) for p in detuned]
 
     def gained(of: Sequence[tuple[Parameter, FloatArray | float]]) -> float:
-        """In units of what is just noticeable."""
-        modes, sds = (np.concatenate(x) for x in zip(*(_over(fit.value(p.name, last), u) for p, u in of), strict=True))
-        centres, scales = (
-            np.concatenate([np.broadcast_to(getattr(p, name) / unit, p.size) for p, unit in of])
-            for name in ("location", "scale")
+        """What is just noticeable stands beside each parameter."""
+        modes, sds = (np.concatenate(x) for x in zip(*(fit.value(p.name, last) for p, _ in of), strict=True))
+        centres, scales, positive = (
+            np.concatenate([np.broadcast_to(getattr(p, name), p.size) for p, _ in of])
+            for name in ("location", "scale", "positive")
         )
-        positive = np.concatenate([np.broadcast_to(p.positive, p.size) for p, _ in of])
-        return _log_any_beyond(modes, sds, positive) - _log_any_beyond(centres, scales, positive)
+        unit = np.concatenate([np.broadcast_to(noticed, p.size) for p, noticed in of])
+        posterior = _log_any_beyond(modes / unit, sds / unit, positive)
+        return posterior - _log_any_beyond(centres / unit, scales / unit, positive)
 
     return sum(gained(of) for of in (sized, beating) if of)
-
-
-def _over(values: tuple[FloatArray, FloatArray], unit: FloatArray | float) -> tuple[FloatArray, FloatArray]:
-    return values[0] / unit, values[1] / unit
 
 
 def _one_beat(detuning: Parameter, layout: Layout) -> FloatArray:

@@ -76,7 +76,7 @@ def search(
     bend = max(bends, key=lambda single: single.log_evidence, default=None)
     base, candidates, joined = null, singles, []
     enough = bend is not None and bend.log_evidence > null.log_evidence + thresholds.SECOND_NATS
-    if enough and bend and bend.best and not _negligible(bend):
+    if enough and bend and bend.best and bend.name not in _negligible(bend.best):
         base, joined = bend.best, [bend]
         candidates = beside(base, {bend.name})
     generic = candidates[_UNKNOWN].log_evidence if _UNKNOWN in candidates else -np.inf
@@ -102,7 +102,7 @@ def search(
         places = _settled(null, chain, beside)
         gains = [place.best.log_evidence - place.base.log_evidence for place in places]
         # What joined beside a form that another has replaced since may mend nothing any more.
-        small = _small_together(null, [place.best for place in places])
+        small = _negligible(places[0].best.best)  # all of them are in that model, which is the one that is reported
         doubted = [
             i for i, place in enumerate(places)
             if gains[i] < thresholds.SECOND_NATS or (i > 0 and (place.best.name in small or probable(place) < 0.5))
@@ -252,7 +252,7 @@ def _joined(
         needed = thresholds.SECOND_NATS + _misfit(first, rival - base.log_evidence) if chain else 0.0
         # A second effect has to beat the generic term: it would mend a first that is wrong, too.
         slack = slack_of_further(gain)
-        small = chain and _negligible(best)
+        small = chain and best.name in _negligible(best.best)
         if gain < needed or best.best is None or small or (chain and best.log_evidence < rival - slack):
             break
         chain = [*chain, best]
@@ -312,25 +312,15 @@ def _together(null: FittedHypothesis, effects: Sequence[Candidate]) -> FittedHyp
     return max((hypothesis.fit(point) for point in (start, found)), key=lambda fit: fit.log_evidence)
 
 
-def _negligible(candidate: Candidate) -> bool:
-    """Whether an effect was found so small that it is nobody's concern."""
-    return candidate.best is not None and _largest_size(candidate.best, -1) < thresholds.SMALLEST
-
-
-def _small_together(null: FittedHypothesis, effects: Sequence[Candidate]) -> set[str]:
-    """Those of several effects that are so small with all of them in the model, wherever each was found."""
-    fit = _together(null, effects)
-    return {
-        variant.effect
-        for k, variant in enumerate(fit.hypothesis.variants)
-        if _largest_size(fit, k) < thresholds.SMALLEST
-    }
-
-
-def _largest_size(fit: FittedHypothesis, which: int) -> float:
-    """Largest size of one of the variants; infinite where it has none (a lag, a level)."""
-    which %= len(fit.hypothesis.variants)
-    variant = fit.hypothesis.variants[which]
-    sizes = [(fit.value(p.name, which)[0], p) for p in variant.parameters if not p.log and p.name != variant.scan]
-    # of what cannot be negative, a fit below zero is nothing
-    return max((float((size if p.positive else np.abs(size)).max()) for size, p in sizes), default=np.inf)
+def _negligible(fit: FittedHypothesis | None) -> set[str]:
+    """Effects in a model whose sizes are nobody's concern; one without a size (a lag, a level) is none of them."""
+    small: set[str] = set()
+    if fit is None:
+        return small
+    for k, variant in enumerate(fit.hypothesis.variants):
+        sizes = [(fit.value(p.name, k)[0], p) for p in variant.parameters if not p.log and p.name != variant.scan]
+        # of what cannot be negative, a fit below zero is nothing
+        largest = max((float((size if p.positive else np.abs(size)).max()) for size, p in sizes), default=np.inf)
+        if largest < thresholds.SMALLEST:
+            small.add(variant.effect)
+    return small
