@@ -230,12 +230,14 @@ def test_without_a_form_the_record_that_misses_most_is_to_be_repeated(lined: Dia
 
 def test_a_further_effect_that_is_not_settled_has_advice_of_its_own(full: Diagnosis) -> None:
     name = "fluid_memory"
-    doubted = replace(full, found=(full.verdict, name), also={name: 0.3}, places={name: Place(full.null, full.singles)})
+    beside = {name: {name: 0.3, "wind_speed_drift": 0.25, "sensor_gain_error": 0.02, full.verdict: 0.25, "none": 0.4}}
+    doubted = replace(full, found=(full.verdict, name), beside=beside, places={name: Place(full.null, full.singles)})
     (line,) = [one for one in advise(doubted) if f"{name} beside {full.verdict}" in one or f"whether {name}" in one]
     assert "would tell" in line
-    assert not any(
-        f"{name} beside" in one or f"whether {name}" in one for one in advise(replace(doubted, also={name: 0.9}))
-    )
+    sure = replace(doubted, beside={name: {name: 0.9}})
+    assert not any(f"{name} beside" in one or f"whether {name}" in one for one in advise(sure))
+    assert confusions(doubted)[1] == (name, "wind_speed_drift"), "what it is not ten times as probable as"
+    assert not any(name in group for group in confusions(sure)[1:])
 
 
 def test_what_no_record_would_tell_is_no_advice(full: Diagnosis, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,7 +20,7 @@ from scruton.gap.diagnosis import diagnose, fit_null
 from scruton.gap.hypothesis import Hypothesis
 from scruton.gap.null_model import null_model
 from scruton.gap.screen import Screen
-from scruton.gap.thresholds import LINE_NATS
+from scruton.gap.thresholds import LINE_NATS, SETTLED
 from scruton.infer.fit import envelope
 from scruton.simulate.motion import Noise
 from scruton.stats.laplace_check import importance_evidence
@@ -231,6 +231,16 @@ def test_the_unknown_does_not_lead_what_closes_more_on_records_held_out(monkeypa
         assert diagnosis._earned(null, best, generic, 1) is not better
     stronger = replace(best, log_evidence=600.0)
     assert not diagnosis._earned(null, stronger, generic, 1)
+
+
+def test_a_name_whose_model_leaves_variances_that_differ_is_not_sure(monkeypatch):
+    campaign, _ = simulate_case(SEED, 2, "structural_damping_nonlinearity", 0.3)
+    monkeypatch.setattr(diagnosis, "check", lambda fit: replace(check(fit), spread=1e-9))
+    found = diagnose(campaign, workers=1)
+    assert found.verdict == "structural_damping_nonlinearity"
+    first, second = sorted(found.probability, key=lambda name: -found.probability[name])[:2]
+    assert (first, second) == (found.verdict, "unknown")
+    assert 0.5 < found.probability[first] < SETTLED
 
 
 def test_what_stands_beside_the_unknown_is_judged_beside_it_and_reported():

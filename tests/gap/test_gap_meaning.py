@@ -195,6 +195,9 @@ def test_the_terminal_says_of_every_further_effect_how_probable_it_is() -> None:
     )
     assert "beside it: stiffness_nonlinearity" in text
     assert printed().startswith("Verdict: coulomb_friction. Dry friction.")
+    others = {"stiffness_nonlinearity": 0.4, "none": 0.2, "unknown": 0.05, "fluid_memory": 0.35}
+    text = printed(**beside, in_its_place={"stiffness_nonlinearity": others})
+    assert "not settled: beside it perhaps stiffness_nonlinearity (40 %) or fluid_memory (35 %). Dry friction" in text
 
 
 def test_what_an_unsettled_verdict_would_mean_is_said_under_a_condition() -> None:

@@ -65,11 +65,11 @@ def found(monkeypatch: pytest.MonkeyPatch) -> Search:
         monkeypatch.setattr(module, "Hypothesis", hypothesis)
         null = fit(())
 
-        def probable(place: Place) -> float:
+        def named(place: Place) -> float:
             return 0.4 if place.best.name in doubted else 0.9
 
         return module.search(
-            null, weigh(null, EFFECTS), EFFECTS, probable=probable, workers=1, progress=lambda _what, _done: None
+            null, weigh(null, EFFECTS), EFFECTS, named=named, workers=1, progress=lambda _what, _done: None
         )
 
     return search
@@ -124,7 +124,7 @@ def test_what_mends_nothing_any_more_leaves(found: Search) -> None:
     assert sorted(names(found(world | {(A, B, C): 134.0, ("unknown",): 30.0}))) == [A, B]
 
 
-def test_a_further_effect_that_is_less_probable_than_not_leaves(found: Search) -> None:
+def test_a_further_effect_leaves_where_nothing_is_more_probable(found: Search) -> None:
     world: World = {(A,): 60.0, (B,): 20.0, (C,): 25.0, (A, B): 75.0, (A, C): 70.0, (A, B, C): 90.0}
     assert sorted(names(found(world))) == sorted([A, B, C])
     assert sorted(names(found(world, doubted=[C]))) == [A, B], "C gains as much as B, which stays"
@@ -222,7 +222,7 @@ def test_what_was_found_stays_beside_the_unknown_if_it_holds_there(
     null = module.Hypothesis(None, ()).fit(None)  # type: ignore[arg-type]
     first, *others = beside_unknown(
         null, places, module.weigh(null, EFFECTS), EFFECTS, workers=1, progress=lambda _what, _done: None,
-        probable=lambda place: 0.4 if place.best.name in doubted else 0.9,
+        named=lambda place: 0.4 if place.best.name in doubted else 0.9,
     )  # fmt: skip
     assert [("unknown", *(place.best.name for place in others))] == held
     unknown = first.candidates["unknown"].best

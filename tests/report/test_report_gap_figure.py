@@ -113,7 +113,8 @@ def test_how_large_it_is_stands_under_the_title(clipped: tuple[Diagnosis, tuple[
 
 def test_a_second_effect_has_a_bar_of_its_own_probability(clipped: tuple[Diagnosis, tuple[Finding, ...]]) -> None:
     diagnosis, findings = clipped
-    both = replace(diagnosis, found=(diagnosis.verdict, "fluid_memory"), also={"fluid_memory": 0.87})
+    beside = {"fluid_memory": {"fluid_memory": 0.87}}
+    both = replace(diagnosis, found=(diagnosis.verdict, "fluid_memory"), beside=beside)
     bars = gap_figure(both, findings).figure.subfigs[1].axes[-1]
     labels = [label.get_text().replace("\n", " ") for label in bars.get_yticklabels()]
     assert labels[-1] == "beside it: fluid memory"
@@ -157,9 +158,8 @@ def test_the_headline_says_what_is_not_settled_and_no_gap_has_its_bar(
     diagnosis, findings = clipped
     names = [name for name in diagnosis.probability if name not in ("none", diagnosis.verdict)][:6]
     likely = dict.fromkeys(names, 0.07) | {diagnosis.verdict: 0.577, "none": 0.003}
-    unsure = replace(
-        diagnosis, probability=likely, found=(diagnosis.verdict, "fluid_memory"), also={"fluid_memory": 0.07}
-    )
+    beside = {"fluid_memory": {"fluid_memory": 0.07, "none": 0.93}}
+    unsure = replace(diagnosis, probability=likely, found=(diagnosis.verdict, "fluid_memory"), beside=beside)
     figure = gap_figure(unsure, findings).figure
     headline = figure.get_suptitle().replace("\n", " ")
     assert headline.startswith("Not settled: sensor clipping (58 %) or ")

@@ -24,12 +24,13 @@ _USUAL = "20 % of the relaxation damping"
 
 
 def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
-    """Effects that these data cannot tell apart, the verdict's group first.
+    """Effects that these data cannot tell apart, the verdict's group first, then those of further effects.
 
     An effect joins the verdict where the verdict's signature at its fitted size - what it moves in the innovations,
     whitened - has less than two standard deviations left after projection on the null model's parameters and the
     effect's, where its evidence is as good to within some nats, or where the verdict is not ten times as probable.
-    Other pairs are looked at with 20 per cent of the relaxation damping.  The group of `none` holds what could be there
+    A further effect's group holds what it is not ten times as probable as in its place.  Other pairs are looked at with
+    20 per cent of the relaxation damping.  The group of `none` holds what could be there
     at that size without being seen, too.
     """
     verdict, weights = diagnosis.verdict, diagnosis.log_weights
@@ -50,22 +51,24 @@ def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
         ]
         first += _near_signature(diagnosis, near, typical) if near else []
     if verdict != UNKNOWN:
-        first += _as_likely(diagnosis, {*first, *diagnosis.found})
+        first += _as_likely(diagnosis.probability, verdict, {*first, *diagnosis.found})
+    beside = [(name, *_as_likely(p, name, diagnosis.found)) for name, p in diagnosis.beside.items()]
     groups: list[set[str]] = []
-    rest = [name for name in signatures if name not in first and seen[name] >= BLIND]
+    known = {*first, *diagnosis.found}
+    rest = [name for name in signatures if name not in known and seen[name] >= BLIND]
     for i, name in enumerate(rest):
         for other in rest[i + 1 :]:
             former, latter = signatures[name], signatures[other]
             if min(space.left(former, latter), space.left(latter, former)) < BLIND:
                 joined = {name, other}.union(*(group for group in groups if group & {name, other}))
                 groups = [*(group for group in groups if not group & joined), joined]
-    return (tuple(first), *(tuple(sorted(group)) for group in groups))
+    untold = (group for group in beside if len(group) > 1)
+    return (tuple(first), *untold, *(tuple(sorted(group)) for group in groups))
 
 
-def _as_likely(diagnosis: Diagnosis, known: Collection[str]) -> list[str]:
-    """Further effects of the catalogue that the verdict is not far more probable than, the most probable first."""
-    probability = diagnosis.probability
-    least = probability[diagnosis.verdict] / FAR_MORE_PROBABLE
+def _as_likely(probability: Mapping[str, float], leader: str, known: Collection[str]) -> list[str]:
+    """Further effects of the catalogue that one is not far more probable than, the most probable first."""
+    least = probability[leader] / FAR_MORE_PROBABLE
     likely = [name for name, one in probability.items() if name in CATALOGUE and name not in known and one > least]
     return sorted(likely, key=lambda name: -probability[name])
 
@@ -194,7 +197,7 @@ def _doubts(diagnosis: Diagnosis, records: list[FurtherRecord]) -> dict[str, str
     if diagnosis.probability[NONE] >= thresholds.SETTLED:
         return {}
     lines = {}
-    for name in _as_likely(diagnosis, ())[: thresholds.MOST_RIVALS]:
+    for name in _as_likely(diagnosis.probability, NONE, ())[: thresholds.MOST_RIVALS]:
         if name in diagnosis.rivals and (fit := diagnosis.rivals[name].best) is not None:
             now, truth = _behind(diagnosis, name), (fit.hypothesis, fit.mode)
             lines[name] = _line(f"{name} as fitted", NONE, now, truth, diagnosis.null, records)

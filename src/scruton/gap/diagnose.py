@@ -1,6 +1,6 @@
 """A campaign's gap.json: where the null model and the measurement part, which effect, how far the gap shrinks."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -93,8 +93,9 @@ def examine(
         "format": FORMAT,
         "verdict": diagnosis.verdict,
         "also": list(diagnosis.found[1:]),
-        "probability": {name: round(p, 6) for name, p in diagnosis.probability.items()},
-        "probability_also": {name: round(p, 6) for name, p in diagnosis.also.items()},
+        "probability": _rounded(diagnosis.probability),
+        "probability_also": _rounded(diagnosis.also),
+        "in_its_place": {name: _rounded(probability) for name, probability in diagnosis.beside.items()},
         # before the temperatures: what `challenge tune` sets them by
         "log_weights": {name: w if np.isfinite(w) else None for name, w in diagnosis.log_weights.items()},
         "indistinguishable": [list(group) for group in groups],
@@ -121,6 +122,10 @@ def examine(
         ),
     }  # fmt: skip
     return diagnosis, content, findings, curves
+
+
+def _rounded(probability: Mapping[str, float]) -> dict[str, float]:
+    return {name: round(p, 6) for name, p in probability.items()}
 
 
 def _temperatures() -> str:

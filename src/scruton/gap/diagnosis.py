@@ -57,8 +57,9 @@ class Diagnosis:
     checks : dict
         Absolute checks: of the null model ("none") and of the verdict's hypothesis.
     lines : tuple of SecondLine
-    also : dict
-        Probability of each effect found but the first, by name: judged in its place with the others in the model.
+    beside : dict
+        Of each effect found but the first, by name: probability of it, and of what else might stand in its place, with
+        the others in the model.
     places : dict
         The place that each of them was judged in.
     at_other_speeds : dict
@@ -79,7 +80,7 @@ class Diagnosis:
     groups: tuple[tuple[str, ...], ...]
     checks: Mapping[str, Check]
     lines: tuple[SecondLine, ...]
-    also: Mapping[str, float] = field(default_factory=dict)
+    beside: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     places: Mapping[str, Place] = field(default_factory=dict)
     at_other_speeds: Mapping[str, float] = field(default_factory=dict)
     base: FittedHypothesis | None = None
@@ -88,6 +89,11 @@ class Diagnosis:
     def verdict(self) -> str:
         """Name of the strongest effect, `none` or `unknown`."""
         return self.found[0] if self.found else NONE
+
+    @property
+    def also(self) -> dict[str, float]:
+        """Probability of each effect found but the first, by name."""
+        return {name: probability[name] for name, probability in self.beside.items()}
 
 
 def fit_null(data: GapData) -> tuple[GapData, FittedHypothesis]:
@@ -143,10 +149,11 @@ def diagnose_data(
     singles = weigh(null, effects, workers=workers)
     tell("effects together", 0.3)
 
-    def probable(place: Place) -> float:
-        return _in_its_place(place, prior, prior_none)
+    def named(place: Place) -> float:
+        probability = _in_its_place(place, prior, prior_none)
+        return sum(p for name, p in probability.items() if name in CATALOGUE)
 
-    found = search(null, singles, effects, probable=probable, workers=workers, progress=tell)
+    found = search(null, singles, effects, named=named, workers=workers, progress=tell)
     tell("absolute check", 0.8)
     checks = {NONE: check(null)}
     # What stands beside an effect that is none after all is a verdict of its own.
@@ -155,23 +162,21 @@ def diagnose_data(
         gains, probability, top = _judged(null, places, lines, checks, prior, prior_none, workers)
         reported = places
         if top == UNKNOWN and len(places) > 1:
-            reported = beside_unknown(
-                null, places, singles, effects, probable=probable, workers=workers, progress=tell
-            )  # fmt: skip
+            reported = beside_unknown(null, places, singles, effects, named=named, workers=workers, progress=tell)
             if len(reported) < len(places):  # what is weighed is what is reported
                 alone = {UNKNOWN: reported[0].candidates[UNKNOWN]}
                 places = [replace(places[0], candidates={**places[0].candidates, **alone}), *places[1:]]
                 gains, probability, top = _judged(null, places, lines, checks, prior, prior_none, workers)
         if top != NONE or len(places) == 1:
             break
-    first, *beside = reported if top == UNKNOWN else places if top != NONE else [Place(null, singles)]
+    first, *others = reported if top == UNKNOWN else places if top != NONE else [Place(null, singles)]
     final = first.candidates[top].best if top != NONE else null
     # a generic term that gains nothing says nothing of the unknown
     if final is None or (top == UNKNOWN and final.log_evidence <= first.base.log_evidence):
         final = first.base
-    further = {place.best.name: place for place in beside if place.best.name != top}
-    also = {name: probable(place) for name, place in further.items()}
-    attributed = () if top == NONE else (top, *also)
+    further = {place.best.name: place for place in others if place.best.name != top}
+    beside = {name: _in_its_place(place, prior, prior_none) for name, place in further.items()}
+    attributed = () if top == NONE else (top, *beside)
     checks.setdefault(top, check(final))
     tell("done", 1.0)
     groups = _groups(gains, top)
@@ -187,7 +192,7 @@ def diagnose_data(
         groups,
         checks,
         lines,
-        also,
+        beside,
         further,
         places[0].told,
         first.base,
@@ -200,12 +205,12 @@ def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
     return diagnose_data(data, data.campaign, **options)  # type: ignore[arg-type]
 
 
-def _in_its_place(place: Place, prior: Mapping[str, float], prior_none: float) -> float:
-    """Probability of a further effect, the others found in the model."""
+def _in_its_place(place: Place, prior: Mapping[str, float], prior_none: float) -> dict[str, float]:
+    """Probabilities of what might stand in the place of a further effect, the others found in the model."""
     weights = place.gains | {NONE: 0.0}
     if UNKNOWN in weights:  # it is judged by the rule that it joined by
         weights[UNKNOWN] -= slack_of_further(weights[place.best.name])
-    return probabilities(weights, prior, prior_none)[place.best.name]
+    return probabilities(weights, prior, prior_none)
 
 
 def _judged(
@@ -240,6 +245,9 @@ def _judged(
         rival = leader is not base and gains[best.name] > thresholds.HOLDS_BACK_NATS
         if ahead and rival and not _earned(leader, best, rivals[UNKNOWN], workers):
             gains[UNKNOWN] = gains[best.name] - thresholds.UNEARNED_NATS
+        # A name whose model leaves gusts that come and go with the amplitude is not sure, whatever it explains.
+        if rival and null.hypothesis.data.layout.wind.any() and mark.spread < thresholds.SPREADS:
+            gains[UNKNOWN] = max(gains[UNKNOWN], gains[best.name] - thresholds.UNEARNED_NATS)
     gains[NONE] = 0.0
     probability = probabilities(gains, prior, prior_none)
     return gains, probability, max(probability, key=lambda name: probability[name])

@@ -50,6 +50,8 @@ class SavedDiagnosis:
         As of `scruton.provenance.provenance`.
     probability_also : mapping of str to float
         Of each further effect, judged in its place with the others in the model.
+    in_its_place : mapping of mapping of str to float
+        By further effect, the probabilities of everything that might stand there instead.
     flags : sequence of str
         What was not read, and what to do about it.
     """
@@ -65,6 +67,7 @@ class SavedDiagnosis:
     invisible: Sequence[Mapping[str, Any]]
     provenance: Mapping[str, Any]
     probability_also: Mapping[str, float] = field(default_factory=dict)
+    in_its_place: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     flags: Sequence[str] = ()
 
     @property
@@ -94,6 +97,6 @@ def load_diagnosis(folder: Path | str) -> SavedDiagnosis:
     if not path.is_file():
         raise InputError(path, "", "no such file", "the folder of `scruton diagnose` or `scruton report`")
     every = [one.name for one in fields(SavedDiagnosis)]
-    later = ("probability_also", "flags")  # an earlier version wrote none
+    later = ("probability_also", "in_its_place", "flags")  # an earlier version wrote none
     content = read_document(path, wanted, [name for name in every if name not in later], version=FORMAT)
     return SavedDiagnosis(**{name: content[name] for name in every if name in content})

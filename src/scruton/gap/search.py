@@ -59,7 +59,7 @@ def search(
     singles: Mapping[str, Candidate],
     effects: Sequence[Effect],
     *,
-    probable: Callable[[Place], float],
+    named: Callable[[Place], float],
     workers: int,
     progress: Progress,
 ) -> list[Place]:
@@ -67,8 +67,8 @@ def search(
 
     Effects join one by one while each gains enough.  Where the generic term still leads, pairs are tried: two effects
     that fit together may each lose to it alone.  Then each is judged with the others in the model, and what does better
-    in its place takes it.  A further one stays that is `probable` there, by a half at least: what mends a form that is
-    off a little foretells nothing.
+    in its place takes it.  A further one stays where some effect of the catalogue is more probable than not, whose
+    probabilities `named` gives the sum of: what mends a form that is off a little foretells nothing.
     """
     beside = _beside(effects, workers, progress)
     # The generic term knows no frequency: what only the frequency shows joins first, and the rest competes beside it.
@@ -105,7 +105,7 @@ def search(
         small = _negligible(places[0].best.best)  # all of them are in that model, which is the one that is reported
         doubted = [
             i for i, place in enumerate(places)
-            if gains[i] < thresholds.SECOND_NATS or (i > 0 and (place.best.name in small or probable(place) < 0.5))
+            if gains[i] < thresholds.SECOND_NATS or (i > 0 and (place.best.name in small or named(place) < 0.5))
         ]  # fmt: skip
         if not doubted:
             return places
@@ -120,14 +120,15 @@ def beside_unknown(
     singles: Mapping[str, Candidate],
     effects: Sequence[Effect],
     *,
-    probable: Callable[[Place], float],
+    named: Callable[[Place], float],
     workers: int,
     progress: Progress,
 ) -> list[Place]:
     """Places of the unknown, in that of the first effect found, and of those further effects that hold beside it.
 
     Each is judged as further effects are, with the unknown and the others in the model, against one more generic term,
-    too.  What gains too little there, or is less probable than not, leaves: the unknown explains what it was found by.
+    too.  What gains too little there, or where nothing `named` is more probable than not, leaves: the unknown explains
+    what it was found by.
     """
     beside, first = _beside(effects, workers, progress), places[0]
     others = [place.best for place in places[1:]]
@@ -143,7 +144,7 @@ def beside_unknown(
             gains.append(place.gains[own.name])
         doubted = [
             i for i, (own, place) in enumerate(zip(others, judged[1:], strict=True))
-            if gains[i] < thresholds.SECOND_NATS or place.best.name != own.name or probable(place) < 0.5
+            if gains[i] < thresholds.SECOND_NATS or place.best.name != own.name or named(place) < 0.5
         ]  # fmt: skip
         if not doubted:
             return judged

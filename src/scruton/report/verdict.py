@@ -81,8 +81,11 @@ def likeliest(gap: Mapping[str, Any]) -> list[tuple[str, float]]:
 
 def _beside(gap: Mapping[str, Any], name: str, title: Title) -> str:
     p = gap.get("probability_also", {}).get(name)
-    chance = "" if p is None else f" ({_share(p) if doubted(gap, name) else odds(p)})"
-    return f"{perhaps(gap, name, title)}{chance}"
+    if p is None or not doubted(gap, name):
+        return f"{title(name)}{'' if p is None else f' ({odds(p)})'}"
+    others = sorted(gap.get("in_its_place", {}).get(name, {}).items(), key=lambda pair: -pair[1])
+    rivals = [(one, share) for one, share in others if one not in (name, "none") and share >= NAMED_ABOVE]
+    return "perhaps " + " or ".join(f"{title(one)} ({_share(p)})" for one, p in [(name, p), *rivals])
 
 
 def _candidates(gap: Mapping[str, Any], title: Title) -> str:

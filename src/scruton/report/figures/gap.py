@@ -157,7 +157,7 @@ def _said(diagnosis: Diagnosis) -> dict[str, Any]:
     """What gap.json says of a verdict."""
     return {
         "verdict": diagnosis.verdict, "also": diagnosis.found[1:], "probability": diagnosis.probability,
-        "probability_also": diagnosis.also,
+        "probability_also": diagnosis.also, "in_its_place": diagnosis.beside,
     }  # fmt: skip
 
 
