@@ -377,7 +377,10 @@ def test_rigs_that_lie_off_one_curve_are_said_again_with_every_prediction() -> N
     tree = campaign_tree()
     assert not any("lie on no one curve" in flag for flag in predict(tree, scruton_number=20.0).flags)
     tree["campaign_posterior"].attrs["off_curve"] = "rigs A and B lie on no one curve"
-    assert "rigs A and B lie on no one curve" in predict(tree, scruton_number=20.0).flags
+    tree["campaign_posterior"].attrs["off_stated"] = "test a is stated otherwise\ntest b is stated otherwise"
+    flags = predict(tree, scruton_number=20.0).flags
+    assert "rigs A and B lie on no one curve" in flags
+    assert {f"test {one} is stated otherwise" for one in "ab"} < set(flags)
 
 
 def test_negative_scruton_number_and_unbounded_draws_are_said() -> None:

@@ -49,6 +49,7 @@ from scruton.infer.results import TRIAL, Fit, RigResult, Sampled, TestResult, Tr
 from scruton.infer.sampling import Known, Sampling, fewer_walkers
 from scruton.infer.speeds import NAME as SPEEDS
 from scruton.infer.speeds import fit_speeds
+from scruton.infer.stated import off_stated
 from scruton.infer.steady import SteadyVerdict, judge_steady, judge_swings, steady_posterior
 from scruton.infer.store import convergence_frame
 from scruton.infer.thresholds import BARELY_MOVED, DEPARTS, NOT_WHITE, STEADY_FLOOR
@@ -170,7 +171,11 @@ def assemble(
             tree["campaign_posterior"].attrs["off_curve"] = apart
             sampling.flags.append(apart)
     joint = joint_draws(tree)
-    sampling.flags += [*unconstrained(sampled, joint), *([remark] if (remark := scales_remark(joint)) else [])]
+    amplitudes = {one.test.name: one.derived["a_star"] for one in sampled.tests}
+    stated = off_stated(campaign, amplitudes | {name: draws["a_star"] for name, draws in joint.tests.items()})
+    if sampled.joint:
+        tree["campaign_posterior"].attrs["off_stated"] = "\n".join(stated)
+    sampling.flags += [*stated, *unconstrained(sampled, joint), *([remark] if (remark := scales_remark(joint)) else [])]
     # before the speeds are sampled: a record too short for the procedure is refused now
     fronts = dict(front_ends_of(campaign, tree, sampled.ringdowns))
     if sampled.joint and thorough:

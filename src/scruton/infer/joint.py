@@ -189,9 +189,9 @@ def names_at_prior(tree: "xr.DataTree") -> tuple[str, ...]:
 
 
 def curve_remark(tree: "xr.DataTree") -> tuple[str, ...]:
-    """What a fit found of rigs that lie off its curve; empty where nothing."""
-    text = str(tree["campaign_posterior"].attrs.get("off_curve", ""))
-    return (text,) if text else ()
+    """What a fit found of rigs that lie off its curve, and of amplitudes that are stated otherwise."""
+    attributes = tree["campaign_posterior"].attrs
+    return tuple(line for name in ("off_curve", "off_stated") for line in str(attributes.get(name, "")).splitlines())
 
 
 def doubted(tree: "xr.DataTree") -> str:

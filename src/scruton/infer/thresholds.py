@@ -22,6 +22,9 @@ STEADY_FLOOR = 0.005  # relative
 # A cycle's amplitude is told from the noise of the sensor beyond this.
 SEEN = 3.0  # standard errors
 
+# A stated stable amplitude contradicts the records where it is off by this and outside their 95 % interval.  Of 30 that
+# another simulator stated three were, the three whose tests the posterior misses by more than 4 %.
+STATED_OFF = 1.04  # ratio
 # The reference law does not hold where the drift departs from it by this, one e-fold from the stable amplitude, with
 # 95 % certainty.
 DEPARTS = 0.1  # over the drift
