@@ -173,7 +173,7 @@ def assemble(
     joint = joint_draws(tree)
     amplitudes = {one.test.name: one.derived["a_star"] for one in sampled.tests}
     stated = off_stated(campaign, amplitudes | {name: draws["a_star"] for name, draws in joint.tests.items()})
-    if sampled.joint:
+    if stated and sampled.joint:
         tree["campaign_posterior"].attrs["off_stated"] = "\n".join(stated)
     sampling.flags += [*stated, *unconstrained(sampled, joint), *([remark] if (remark := scales_remark(joint)) else [])]
     # before the speeds are sampled: a record too short for the procedure is refused now
