@@ -1,6 +1,6 @@
 """Effects together, in a world where the evidence of every set of them is written down."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -28,7 +28,7 @@ def found(monkeypatch: pytest.MonkeyPatch) -> Search:
 
     def search(
         world: World, seen: Sequence[str] = (), bending: Sequence[str] = (), own: Sequence[str] = (),
-        doubted: Sequence[str] = (), small: Sequence[str] = (),
+        doubted: Sequence[str] = (), small: Sequence[str] = (), shared: Sequence[str] = (), alone: float = 0.9,
     ) -> list[Place]:  # fmt: skip
         def bend(table: Any, *_: object) -> None:
             table[..., Term.STIFFNESS] += 1.0
@@ -64,15 +64,23 @@ def found(monkeypatch: pytest.MonkeyPatch) -> Search:
         monkeypatch.setattr(module, "weigh", weigh)
         monkeypatch.setattr(module, "Hypothesis", hypothesis)
         null = fit(())
+        singles = weigh(null, EFFECTS)
 
-        def named(place: Place) -> float:
-            return 0.4 if place.best.name in doubted else 0.9
+        def probable(place: Place) -> Mapping[str, float]:
+            if place.base is null and place.candidates is singles:
+                return {place.best.name: alone, "none": 1.0 - alone}
+            return likely(place.best.name, doubted, shared)
 
-        return module.search(
-            null, weigh(null, EFFECTS), EFFECTS, named=named, workers=1, progress=lambda _what, _done: None
-        )
+        return module.search(null, singles, EFFECTS, probable=probable, workers=1, progress=lambda _what, _done: None)
 
     return search
+
+
+def likely(name: str, doubted: Sequence[str], shared: Sequence[str] = ()) -> Mapping[str, float]:
+    """Probabilities in the place of an effect."""
+    if name in shared:
+        return {name: 0.4, BEND if name != BEND else A: 0.3, "none": 0.2, "unknown": 0.1}
+    return {name: 0.4, "none": 0.3, "unknown": 0.3} if name in doubted else {name: 0.9, "none": 0.1}
 
 
 def names(places: Sequence[Place]) -> list[str]:
@@ -124,12 +132,20 @@ def test_what_mends_nothing_any_more_leaves(found: Search) -> None:
     assert sorted(names(found(world | {(A, B, C): 134.0, ("unknown",): 30.0}))) == [A, B]
 
 
-def test_a_further_effect_leaves_where_nothing_is_more_probable(found: Search) -> None:
+def test_a_further_effect_that_is_less_probable_than_not_leaves(found: Search) -> None:
     world: World = {(A,): 60.0, (B,): 20.0, (C,): 25.0, (A, B): 75.0, (A, C): 70.0, (A, B, C): 90.0}
     assert sorted(names(found(world))) == sorted([A, B, C])
     assert sorted(names(found(world, doubted=[C]))) == [A, B], "C gains as much as B, which stays"
     assert names(found(world, doubted=[B, C])) == [A]
     assert names(found(world, doubted=[A, B, C])) == [A], "the first one is judged by the verdict"
+
+
+def test_what_several_names_share_stays_where_one_effect_alone_is_sure(found: Search) -> None:
+    """A gain in gusts, a drift or tests that differ: 0.4 and twice 0.3, and none of them has a half."""
+    world: World = {(A,): 60.0, (B,): 20.0, (C,): 25.0, (A, B): 75.0, (A, C): 70.0, (A, B, C): 90.0}
+    assert sorted(names(found(world, shared=[C]))) == sorted([A, B, C])
+    assert sorted(names(found(world, shared=[C], alone=0.4))) == [A, B], "two that make a gap of none together"
+    assert sorted(names(found(world, alone=0.4))) == sorted([A, B, C]), "each by its own name is sure"
 
 
 def test_what_is_nothing_with_all_of_them_in_the_model_leaves(found: Search) -> None:
@@ -222,7 +238,7 @@ def test_what_was_found_stays_beside_the_unknown_if_it_holds_there(
     null = module.Hypothesis(None, ()).fit(None)  # type: ignore[arg-type]
     first, *others = beside_unknown(
         null, places, module.weigh(null, EFFECTS), EFFECTS, workers=1, progress=lambda _what, _done: None,
-        named=lambda place: 0.4 if place.best.name in doubted else 0.9,
+        probable=lambda place: likely(place.best.name, doubted),
     )  # fmt: skip
     assert [("unknown", *(place.best.name for place in others))] == held
     unknown = first.candidates["unknown"].best

@@ -149,11 +149,10 @@ def diagnose_data(
     singles = weigh(null, effects, workers=workers)
     tell("effects together", 0.3)
 
-    def named(place: Place) -> float:
-        probability = _in_its_place(place, prior, prior_none)
-        return sum(p for name, p in probability.items() if name in CATALOGUE)
+    def probable(place: Place) -> dict[str, float]:
+        return _in_its_place(place, prior, prior_none)
 
-    found = search(null, singles, effects, named=named, workers=workers, progress=tell)
+    found = search(null, singles, effects, probable=probable, workers=workers, progress=tell)
     tell("absolute check", 0.8)
     checks = {NONE: check(null)}
     # What stands beside an effect that is none after all is a verdict of its own.
@@ -162,7 +161,7 @@ def diagnose_data(
         gains, probability, top = _judged(null, places, lines, checks, prior, prior_none, workers)
         reported = places
         if top == UNKNOWN and len(places) > 1:
-            reported = beside_unknown(null, places, singles, effects, named=named, workers=workers, progress=tell)
+            reported = beside_unknown(null, places, singles, effects, probable=probable, workers=workers, progress=tell)
             if len(reported) < len(places):  # what is weighed is what is reported
                 alone = {UNKNOWN: reported[0].candidates[UNKNOWN]}
                 places = [replace(places[0], candidates={**places[0].candidates, **alone}), *places[1:]]
@@ -175,7 +174,7 @@ def diagnose_data(
     if final is None or (top == UNKNOWN and final.log_evidence <= first.base.log_evidence):
         final = first.base
     further = {place.best.name: place for place in others if place.best.name != top}
-    beside = {name: _in_its_place(place, prior, prior_none) for name, place in further.items()}
+    beside = {name: probable(place) for name, place in further.items()}
     attributed = () if top == NONE else (top, *beside)
     checks.setdefault(top, check(final))
     tell("done", 1.0)

@@ -16,6 +16,7 @@ from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.progress import Progress
 
 Weigh = Callable[..., dict[str, Candidate]]  # a base, the effects in it, and what stands in the place that is judged
+Probable = Callable[["Place"], Mapping[str, float]]  # of every name that might stand in a place, and of none
 _UNKNOWN = catalogue.UNKNOWN.name
 
 
@@ -59,7 +60,7 @@ def search(
     singles: Mapping[str, Candidate],
     effects: Sequence[Effect],
     *,
-    named: Callable[[Place], float],
+    probable: Probable,
     workers: int,
     progress: Progress,
 ) -> list[Place]:
@@ -67,8 +68,8 @@ def search(
 
     Effects join one by one while each gains enough.  Where the generic term still leads, pairs are tried: two effects
     that fit together may each lose to it alone.  Then each is judged with the others in the model, and what does better
-    in its place takes it.  A further one stays where some effect of the catalogue is more probable than not, whose
-    probabilities `named` gives the sum of: what mends a form that is off a little foretells nothing.
+    in its place takes it.  A further one stays that is `probable` there, by a half at least: what mends a form that is
+    off a little foretells nothing.  Where one effect alone is sure to act, the half may be shared by several names.
     """
     beside = _beside(effects, workers, progress)
     # The generic term knows no frequency: what only the frequency shows joins first, and the rest competes beside it.
@@ -98,6 +99,7 @@ def search(
             if generic < singles[_UNKNOWN].log_evidence + thresholds.SECOND_NATS:
                 return [Place(null, singles)]
             return [Place(base, candidates), Place(null, {one.name: one for one in joined})]
+    shared = _stays(Place(null, singles), probable, shared=True)
     while len(chain) > 1:
         places = _settled(null, chain, beside)
         gains = [place.best.log_evidence - place.base.log_evidence for place in places]
@@ -105,7 +107,8 @@ def search(
         small = _negligible(places[0].best.best)  # all of them are in that model, which is the one that is reported
         doubted = [
             i for i, place in enumerate(places)
-            if gains[i] < thresholds.SECOND_NATS or (i > 0 and (place.best.name in small or named(place) < 0.5))
+            if gains[i] < thresholds.SECOND_NATS
+            or (i > 0 and (place.best.name in small or not _stays(place, probable, shared=shared)))
         ]  # fmt: skip
         if not doubted:
             return places
@@ -120,15 +123,15 @@ def beside_unknown(
     singles: Mapping[str, Candidate],
     effects: Sequence[Effect],
     *,
-    named: Callable[[Place], float],
+    probable: Probable,
     workers: int,
     progress: Progress,
 ) -> list[Place]:
     """Places of the unknown, in that of the first effect found, and of those further effects that hold beside it.
 
     Each is judged as further effects are, with the unknown and the others in the model, against one more generic term,
-    too.  What gains too little there, or where nothing `named` is more probable than not, leaves: the unknown explains
-    what it was found by.
+    too.  What gains too little there, or is less `probable` than not, leaves: the unknown explains what it was found
+    by.
     """
     beside, first = _beside(effects, workers, progress), places[0]
     others = [place.best for place in places[1:]]
@@ -144,7 +147,7 @@ def beside_unknown(
             gains.append(place.gains[own.name])
         doubted = [
             i for i, (own, place) in enumerate(zip(others, judged[1:], strict=True))
-            if gains[i] < thresholds.SECOND_NATS or place.best.name != own.name or named(place) < 0.5
+            if gains[i] < thresholds.SECOND_NATS or place.best.name != own.name or not _stays(place, probable)
         ]  # fmt: skip
         if not doubted:
             return judged
@@ -153,6 +156,13 @@ def beside_unknown(
             base = _together(null, others)
             first = Place(base, beside(base, {one.name for one in others}, unknown))
     return [Place(null, singles)]
+
+
+def _stays(place: Place, probable: Probable, *, shared: bool = False) -> bool:
+    """Whether the effect in a place, or a `shared` one by whatever name, is more probable than not."""
+    probability = probable(place)
+    names = [name for name in probability if name in CATALOGUE] if shared else [place.best.name]
+    return sum(probability[name] for name in names) >= 0.5
 
 
 def _beside(effects: Sequence[Effect], workers: int, progress: Progress) -> Weigh:
