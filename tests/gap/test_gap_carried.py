@@ -27,9 +27,8 @@ def pair() -> Diagnosis:
     variants = [CATALOGUE[name].variants(data.layout)[0] for name in (SECOND, FIRST)]
     final = null.with_variants(variants[0]).with_variants(variants[1])
     gains = {"none": 0.0, FIRST: 50.0}
-    return Diagnosis(
-        data, null, (FIRST, SECOND), final, {}, {}, gains, {"none": 0.02, FIRST: 0.98}, (), {}, (), {SECOND: 0.9}
-    )
+    beside = {SECOND: {SECOND: 0.9, "none": 0.1}}
+    return Diagnosis(data, null, (FIRST, SECOND), final, {}, {}, gains, {"none": 0.02, FIRST: 0.98}, (), {}, (), beside)
 
 
 def put_in(diagnosis: Diagnosis, effect: str) -> tuple[tuple[str, ...], xr.Dataset]:

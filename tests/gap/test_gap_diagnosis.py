@@ -20,6 +20,7 @@ from scruton.gap.diagnosis import diagnose, fit_null
 from scruton.gap.hypothesis import Hypothesis
 from scruton.gap.null_model import null_model
 from scruton.gap.screen import Screen
+from scruton.gap.sizes import found_parameters
 from scruton.gap.thresholds import LINE_NATS, SETTLED
 from scruton.infer.fit import envelope
 from scruton.simulate.motion import Noise
@@ -252,6 +253,9 @@ def test_what_stands_beside_the_unknown_is_judged_beside_it_and_reported():
     place = found.places["stiffness_nonlinearity"]
     assert [variant.effect for variant in place.base.hypothesis.variants] == ["unknown"]
     assert 0.5 <= found.also["stiffness_nonlinearity"] < 1.0
+    (size,) = found_parameters(found, "stiffness_nonlinearity").values()
+    largest = float(found.data.layout.largest.max())
+    assert size["form"] == f"{place.best.variant.label}, at {largest:.3g} A/D, the largest", "no power law but there"
     assert found.base is not None
     assert [variant.effect for variant in found.base.hypothesis.variants] == ["stiffness_nonlinearity"]
     rivals = [rival for name, rival in found.rivals.items() if name in CATALOGUE and rival.best is not None]

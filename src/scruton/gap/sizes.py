@@ -7,7 +7,7 @@ import numpy as np
 from scipy.special import log_ndtr, ndtri, ndtri_exp
 
 from scruton.dynamics.effects import Parameter
-from scruton.dynamics.effects.effect import AMPLITUDE
+from scruton.dynamics.effects.effect import AMPLITUDE, TENTHS
 from scruton.gap.data import GapData
 from scruton.gap.diagnosis import Diagnosis
 
@@ -17,6 +17,7 @@ _NAMED = 3  # rigs, tests or records that are named
 def found_parameters(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
     """Median and 90 % interval of every parameter of an effect that was found, in its own unit, and whose it is."""
     fit, data = diagnosis.final, diagnosis.data
+    at_largest = f", at {data.campaign.section.motion.amplitude_text(float(data.layout.largest.max()))}, the largest"
     table: dict[str, Any] = {}
     for i, variant in enumerate(fit.hypothesis.variants):
         for p in variant.parameters if variant.effect == name else ():
@@ -26,8 +27,9 @@ def found_parameters(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
                 inside = p.members == j
                 members = [record for record, member in zip(data.layout.records, inside, strict=True) if member]
                 table[p.name if p.size == 1 else f"{p.name}[{_whose(data, inside)}]"] = {
-                    "median": middle, "interval90": [low, high], "unit": unit, "form": variant.label,
-                    "of": whose(data, inside), "records": members if len(members) < inside.size else "all",
+                    "median": middle, "interval90": [low, high], "unit": unit,
+                    "form": variant.label + at_largest * (p.unit == TENTHS), "of": whose(data, inside),
+                    "records": members if len(members) < inside.size else "all",
                 }  # fmt: skip
     return table
 
