@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Effect
-from scruton.dynamics.effects.effect import Extent
+from scruton.dynamics.effects.effect import DAMPING, Extent
 from scruton.dynamics.effects.terms import Term
 from scruton.gap import search as module
 from scruton.gap.attribute import Candidate
@@ -16,8 +17,8 @@ from scruton.gap.search import Place, beside_unknown
 
 A, B, C, BEND = "coulomb_friction", "structural_damping_nonlinearity", "fluid_memory", "stiffness_nonlinearity"
 EFFECTS = (*(CATALOGUE[name] for name in (A, B, C, BEND)), UNKNOWN)
-DATA = SimpleNamespace(layout=SimpleNamespace(records=("r",)))
-SIZE = SimpleNamespace(name="size", log=False, positive=False)
+DATA = SimpleNamespace(layout=SimpleNamespace(records=("r",), wind=np.zeros(1, dtype=bool)))
+SIZE = SimpleNamespace(name="size", log=False, positive=False, unit=DAMPING)
 World = dict[tuple[str, ...], float]
 Search = Callable[..., list[Place]]
 
@@ -29,17 +30,24 @@ def found(monkeypatch: pytest.MonkeyPatch) -> Search:
     def search(
         world: World, seen: Sequence[str] = (), bending: Sequence[str] = (), own: Sequence[str] = (),
         doubted: Sequence[str] = (), small: Sequence[str] = (), shared: Sequence[str] = (), alone: float = 0.9,
+        damps: Sequence[str] = (), eases: Sequence[str] = (),
     ) -> list[Place]:  # fmt: skip
         def bend(table: Any, *_: object) -> None:
             table[..., Term.STIFFNESS] += 1.0
 
         evidence = {frozenset(names): value for names, value in world.items()}
 
+        def size(name: str, count: int) -> FloatArray:
+            return np.full(1, -1.0 if name in eases else 0.0 if name in small and count > 2 else 1.0)
+
         def fit(names: Sequence[str]) -> Any:
             variants = tuple(
                 SimpleNamespace(
-                    name=name, effect=name, scan="", seen=float(name in seen), parameters=(SIZE,) * (name in small),
-                    scope=SimpleNamespace(extent=Extent.EACH_RIG if name in own else Extent.EVERYWHERE),
+                    name=name, effect=name, scan="", seen=float(name in seen),
+                    parameters=(SIZE,) * (name in (*small, *damps, *eases)),
+                    scope=SimpleNamespace(
+                        extent=Extent.EACH_RIG if name in own else Extent.EVERYWHERE, records=np.ones(1, dtype=bool)
+                    ),
                     apply=bend if name in bending else lambda *_: None,
                 )
                 for name in names
@@ -47,7 +55,7 @@ def found(monkeypatch: pytest.MonkeyPatch) -> Search:
             value = evidence.get(frozenset(names), 0.0)
             return SimpleNamespace(
                 log_evidence=value, mode=np.empty(0), names=tuple(names),
-                value=lambda *_: (np.zeros(1) if len(names) > 2 else np.ones(1),),
+                value=lambda _name, k: (size(names[k], len(names)), np.full(1, 0.1)),
                 hypothesis=SimpleNamespace(null=None, variants=variants, data=DATA),
             )  # fmt: skip
 
@@ -59,7 +67,10 @@ def found(monkeypatch: pytest.MonkeyPatch) -> Search:
             return {name: Candidate(name, one.log_evidence, one) for name, one in fits.items()}
 
         def hypothesis(_null: object, variants: Sequence[Any]) -> Any:
-            return SimpleNamespace(start=lambda: np.empty(0), fit=lambda _u: fit([v.name for v in variants]))
+            slices = dict.fromkeys(((k, "size") for k in range(len(variants))), slice(0))
+            return SimpleNamespace(
+                start=lambda: np.empty(0), fit=lambda _u: fit([v.name for v in variants]), slices=slices
+            )  # fmt: skip
 
         monkeypatch.setattr(module, "weigh", weigh)
         monkeypatch.setattr(module, "Hypothesis", hypothesis)
@@ -116,6 +127,17 @@ def test_two_that_explain_nothing_alone_are_no_pair(found: Search) -> None:
     world: World = ALONE | {("unknown",): 90.0, (A, C): 110.0, (A, "unknown"): 150.0}
     assert names(found(world)) == [A], "C alone gains 5 of 110"
     assert names(found(world | {(C,): 6.0})) == [A, C]
+    assert names(found(world, damps=[A, C])) == [A, C], "both add damping: neither mends the other"
+    assert names(found(world, damps=[A], eases=[C])) == [A], "what the one adds the other takes"
+
+
+def test_a_pair_is_sought_beside_what_was_found_where_the_generic_term_leads_there(found: Search) -> None:
+    """A film of a swing, the sine of its angle, damped by friction and by drag: each loses to hats beside the sine."""
+    world: World = {(C,): 158.0, (A,): 25.0, (B,): 17.0, (A, B): 128.0, (C, A): 166.0, (C, B): 170.0, (A, B, C): 290.0}
+    world |= {("unknown",): 54.0, (C, "unknown"): 220.0}
+    assert sorted(names(found(world))) == sorted([A, B, C])
+    assert names(found(world | {(C, "unknown"): 178.0})) == [C], "not where it gains no more than two of them must"
+    assert names(found(world | {(C, "unknown"): 300.0})) == [C], "nor where the two have less"
 
 
 def test_what_does_better_beside_the_others_takes_a_place(found: Search) -> None:

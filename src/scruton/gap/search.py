@@ -8,7 +8,7 @@ import numpy as np
 
 from scruton.dynamics import effects as catalogue
 from scruton.dynamics.effects import CATALOGUE, Effect, Layout, Variant
-from scruton.dynamics.effects.effect import BENDS, Extent
+from scruton.dynamics.effects.effect import BENDS, DAMPING, Extent
 from scruton.dynamics.effects.terms import COLUMNS
 from scruton.gap import thresholds
 from scruton.gap.attribute import Candidate, weigh
@@ -50,6 +50,51 @@ class Place:
         return {name: self.told.get(name, one.log_evidence - base) for name, one in self.candidates.items()}
 
 
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """Effects that act together, each found with those before it in the model.
+
+    Attributes
+    ----------
+    null : FittedHypothesis
+    found : tuple of Candidate
+    candidates : mapping
+        What may stand beside them all; nothing where there are as many as there may be.
+    """
+
+    null: FittedHypothesis
+    found: tuple[Candidate, ...]
+    candidates: Mapping[str, Candidate]
+
+    @property
+    def end(self) -> FittedHypothesis:
+        """The null model with all of them."""
+        last = self.found[-1].best if self.found else None
+        return last or self.null
+
+    @property
+    def evidence(self) -> float:
+        """Log evidence of all of them together."""
+        return self.end.log_evidence
+
+    @property
+    def generic(self) -> float:
+        """Log evidence with the generic term beside them; -inf where that is not weighed."""
+        return self.candidates[_UNKNOWN].log_evidence if _UNKNOWN in self.candidates else -np.inf
+
+    @property
+    def room(self) -> int:
+        """How many more may join; what only the frequency shows counts for none."""
+        return thresholds.MOST_EFFECTS - sum(not _of_frequency(one.name) for one in self.found)
+
+    def joined_by(self, weigh: Weigh, *others: Candidate) -> "Chain":
+        """The chain with more effects, each found beside those before it."""
+        longer = replace(self, found=(*self.found, *others), candidates={})
+        if not longer.room:
+            return longer
+        return replace(longer, candidates=weigh(longer.end, {one.name for one in longer.found}))
+
+
 def best_of(candidates: Mapping[str, Candidate]) -> Candidate:
     """The catalogued effect with the most evidence."""
     return max((c for name, c in candidates.items() if name in CATALOGUE), key=lambda c: c.log_evidence)
@@ -75,33 +120,33 @@ def search(
     # The generic term knows no frequency: what only the frequency shows joins first, and the rest competes beside it.
     bends = [single for single in singles.values() if _of_frequency(single.name) and single.best is not None]
     bend = max(bends, key=lambda single: single.log_evidence, default=None)
-    base, candidates, joined = null, singles, []
+    root = Chain(null, (), singles)
     enough = bend is not None and bend.log_evidence > null.log_evidence + thresholds.SECOND_NATS
-    if enough and bend and bend.best and bend.name not in _negligible(bend.best):
-        base, joined = bend.best, [bend]
-        candidates = beside(base, {bend.name})
-    generic = candidates[_UNKNOWN].log_evidence if _UNKNOWN in candidates else -np.inf
+    if enough and bend and bend.name not in _negligible(bend.best):
+        root = root.joined_by(beside, bend)
     alike = partial(_or_alike, effects=effects, workers=workers, beside=beside)
-    chain = alike(_joined(joined, base, candidates, beside), len(joined), base)
-    if bend is not None and joined:
+    pairs = partial(_pairs, effects=effects, workers=workers)
+    chain = alike(_joined(root, beside), len(root.found))
+    if bend is not None and root.found:
         slack = thresholds.SECOND_SHARE * (bend.log_evidence - null.log_evidence)  # as its form may be off by
-        chain = alike(chain, 0, null, slack=slack)
-    if _evidence(chain, null) < generic:
+        chain = alike(chain, 0, slack=slack)
+    at = root if chain.evidence < root.generic else chain
+    if at.room > 1 and at.generic > at.evidence + _needed_of_two(at, root):
         progress("pairs of effects", 0.5)
-        pair = max(_pairs(base, candidates, effects, workers), key=lambda pair: _evidence(pair, null), default=[])
-        if _evidence(pair, null) > _evidence(chain, null) and (best := pair[-1].best) is not None:
-            chain = [*joined, *pair]
-            chain = _joined(chain, best, beside(best, {candidate.name for candidate in chain}), beside)
-    if _evidence(chain, null) < generic:
-        chain = joined
-        if joined and generic > base.log_evidence + _needed_beside(base, null, candidates):
+        pair = max(pairs(at.end, at.candidates), key=_evidence_of, default=())
+        if pair and _evidence_of(pair) > max(chain.evidence, at.generic if at is chain else -np.inf):
+            chain = _joined(at.joined_by(beside, *pair), beside)
+    if chain.evidence < root.generic:
+        chain = root
+        if root.found and root.generic > root.evidence + _needed_beside(root.end, null, root.candidates):
             # The bend is judged beside the unknown, too: of innovations that are not white it may gain by chance.
-            if generic < singles[_UNKNOWN].log_evidence + thresholds.SECOND_NATS:
+            if root.generic < singles[_UNKNOWN].log_evidence + thresholds.SECOND_NATS:
                 return [Place(null, singles)]
-            return [Place(base, candidates), Place(null, {one.name: one for one in joined})]
+            return [Place(root.end, root.candidates), Place(null, {one.name: one for one in root.found})]
     shared = _stays(Place(null, singles), probable, shared=True)
-    while len(chain) > 1:
-        places = _settled(null, chain, beside)
+    together = list(chain.found)
+    while len(together) > 1:
+        places = _settled(null, together, beside)
         gains = [place.best.log_evidence - place.base.log_evidence for place in places]
         # What joined beside a form that another has replaced since may mend nothing any more.
         small = _negligible(places[0].best.best)  # all of them are in that model, which is the one that is reported
@@ -113,7 +158,7 @@ def search(
         if not doubted:
             return places
         weakest = min(doubted, key=lambda i: gains[i])
-        chain = [place.best for i, place in enumerate(places) if i != weakest]
+        together = [place.best for i, place in enumerate(places) if i != weakest]
     return [Place(null, singles)]
 
 
@@ -196,82 +241,90 @@ def _needed_beside(base: FittedHypothesis, null: FittedHypothesis, candidates: M
     return needed + thresholds.SECOND_SHARE * (base.log_evidence - null.log_evidence) * further
 
 
-def _evidence(chain: Sequence[Candidate], null: FittedHypothesis) -> float:
-    return chain[-1].best.log_evidence if chain and chain[-1].best else null.log_evidence
+def _evidence_of(pair: Sequence[Candidate]) -> float:
+    return pair[-1].log_evidence
+
+
+def _needed_of_two(chain: Chain, root: Chain) -> float:
+    """Nats that the generic term must gain beside what was found, for two effects to be sought there at once."""
+    if chain is root:
+        return 0.0
+    return 2.0 * thresholds.SECOND_NATS + thresholds.SECOND_SHARE * (chain.evidence - root.evidence)
 
 
 def _pairs(
-    base: FittedHypothesis, singles: Mapping[str, Candidate], effects: Sequence[Effect], workers: int
-) -> Iterator[list[Candidate]]:
+    base: FittedHypothesis, singles: Mapping[str, Candidate], *, effects: Sequence[Effect], workers: int
+) -> Iterator[tuple[Candidate, Candidate]]:
     """Each of the best single effects with its best partner; those that have a line of their own join by themselves.
 
     Two effects that explain nothing alone and everything together are large, bend opposite ways, and make a curve of
-    any form: such a pair is a fit and no finding.
+    any form: such a pair is a fit and no finding, unless both add structural damping, so that neither mends the other.
     """
     amplitude = [effect for effect in effects if effect.name in CATALOGUE and effect.channel in ("amplitude", "signal")]
     named = [single for effect in amplitude if (single := singles.get(effect.name)) and single.best is not None]
     for first in sorted(named, key=lambda single: -single.log_evidence)[: thresholds.PAIRED]:
         assert first.best is not None
-        others = [effect for effect in amplitude if effect.name != first.name]
+        others = [effect for effect in amplitude if effect.name != first.name and effect.name in singles]
         second = best_of(weigh(first.best, others, workers=workers, quick=CATALOGUE))
         gain = second.log_evidence - base.log_evidence
         own = min(singles[name].log_evidence - base.log_evidence for name in (first.name, second.name))
         enough = second.log_evidence > first.log_evidence + thresholds.SECOND_NATS
-        if second.best is not None and enough and own > thresholds.OWN_SHARE * gain:
-            yield [first, second]
+        if second.best is not None and enough and (own > thresholds.OWN_SHARE * gain or _both_damp(second.best)):
+            yield first, second
+
+
+def _both_damp(fit: FittedHypothesis) -> bool:
+    """Whether the two effects that joined last add structural damping, each and at any amplitude."""
+    wind = fit.hypothesis.data.layout.wind
+    for k in (len(fit.hypothesis.variants) - 2, len(fit.hypothesis.variants) - 1):
+        variant = fit.hypothesis.variants[k]
+        sizes = [fit.value(p.name, k) for p in variant.parameters if p.unit == DAMPING and not p.log]
+        in_still_air = bool(np.any(variant.scope.records & ~wind))
+        if not (sizes and in_still_air and all(np.all(size > -2.0 * sd) for size, sd in sizes)):
+            return False
+    return True
 
 
 def _or_alike(
-    chain: list[Candidate],
-    at: int,
-    base: FittedHypothesis,
-    *,
-    effects: Sequence[Effect],
-    workers: int,
-    beside: Weigh,
-    slack: float = 0.0,
-) -> list[Candidate]:
+    chain: Chain, at: int, *, effects: Sequence[Effect], workers: int, beside: Weigh, slack: float = 0.0
+) -> Chain:
     """A chain, or that of its effect number `at` alike in every rig, where it was found of each by its own.
 
     Effects that differ from rig to rig may be one, read with gains that differ: each by its own leaves a gain nothing
-    to show.  `base` has those that come before, and the other chain may have less evidence by the `slack`.
+    to show.  The other chain may have less evidence by the `slack`.
     """
-    if at >= len(chain) or (found := chain[at].variant) is None or found.scope.extent is not Extent.EACH_RIG:
+    found = chain.found[at].variant if at < len(chain.found) else None
+    if found is None or found.scope.extent is not Extent.EACH_RIG:
         return chain
-    own, before = next(effect for effect in effects if effect.name == chain[at].name), chain[:at]
+    own = next(effect for effect in effects if effect.name == chain.found[at].name)
+    before = replace(chain, found=chain.found[:at])
 
     def everywhere(layout: Layout) -> list[Variant]:
         return [variant for variant in own.forms(layout) if variant.scope.extent is Extent.EVERYWHERE]
 
-    shared = weigh(base, [replace(own, forms=everywhere)], workers=workers, quick=CATALOGUE)[own.name]
+    shared = weigh(before.end, [replace(own, forms=everywhere)], workers=workers, quick=CATALOGUE)[own.name]
     if shared.best is None:
         return chain
-    taken = {one.name for one in (*before, shared)}
-    other = _joined([*before, shared], shared.best, beside(shared.best, taken), beside)
-    return other if _evidence(other, base) > _evidence(chain, base) - slack else chain
+    other = _joined(before.joined_by(beside, shared), beside)
+    return other if other.evidence > chain.evidence - slack else chain
 
 
-def _joined(
-    chain: list[Candidate], base: FittedHypothesis, candidates: Mapping[str, Candidate], beside: Weigh
-) -> list[Candidate]:
+def _joined(chain: Chain, beside: Weigh) -> Chain:
     """Add catalogued effects one by one while each gains enough."""
     first = 0.0
-    while len(chain) < thresholds.MOST_EFFECTS:
-        best = best_of(candidates)
-        gain = best.log_evidence - base.log_evidence
-        rival = candidates[_UNKNOWN].log_evidence if _UNKNOWN in candidates else -np.inf
-        needed = thresholds.SECOND_NATS + _misfit(first, rival - base.log_evidence) if chain else 0.0
+    while chain.room:
+        best, base, rival = best_of(chain.candidates), chain.evidence, chain.generic
+        gain = best.log_evidence - base
+        needed = thresholds.SECOND_NATS + _misfit(first, rival - base) if chain.found else 0.0
         # A second effect has to beat the generic term: it would mend a first that is wrong, too.
         slack = slack_of_further(gain)
-        small = chain and best.name in _negligible(best.best)
-        if gain < needed or best.best is None or small or (chain and best.log_evidence < rival - slack):
+        small = chain.found and best.name in _negligible(best.best)
+        if gain < needed or best.best is None or small or (chain.found and best.log_evidence < rival - slack):
             break
-        chain = [*chain, best]
         # What the readings show by themselves, rows of one value where a range ends, has no form that might be off: it
         # asks no more of a second effect.
-        base, first = best.best, first if best.variant and best.variant.seen > 0.0 else max(first, gain)
-        if len(chain) < thresholds.MOST_EFFECTS and gain > 0.0:
-            candidates = beside(base, {candidate.name for candidate in chain})
+        first = first if best.variant and best.variant.seen > 0.0 else max(first, gain)
+        chain = chain.joined_by(beside, best)
     return chain
 
 
