@@ -1,10 +1,12 @@
 """The catalogue: every entry complete, off at zero, and with the signature that its text names."""
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Layout, Term
 from scruton.dynamics.effects.terms import COLUMNS, HATS, compact
@@ -109,6 +111,55 @@ def test_still_air_alone_leaves_what_can_be_seen_there(name):
     seen = {"coulomb_friction", "structural_damping_nonlinearity", "structural_damping_error", "stiffness_nonlinearity",
             "sensor_clipping"}  # fmt: skip
     assert bool(CATALOGUE[name].variants(calm)) == (name in seen)
+
+
+def test_what_nobody_states_is_not_stated_wrongly():
+    one = layout()
+    error = CATALOGUE["structural_damping_error"]
+    assert not error.variants(replace(one, test=np.full(one.test.size, -1), unstated=frozenset({0, 1, 2})))
+    known = error.variants(replace(one, unstated=frozenset({1})))
+    assert {variant.label for variant in known} == {
+        "stated damping of one rig", "in wind other than in still air, of one rig"
+    }  # fmt: skip
+    of_rigs = [set(one.rig[variant.scope.records]) for variant in known if variant.label.startswith("stated")]
+    assert of_rigs == [{0}, {2}]
+
+
+@pytest.mark.parametrize(("power", "label"), [(2, "A^2"), (1, "A")])
+def test_a_bend_of_the_frequency_eases_the_decay_of_its_fundamental(power, label):
+    """Against the equation of motion: a viscous damper on a spring that stiffens by 2 % in frequency."""
+    xi, stiffening = 0.002, {2: 0.055, 1: 0.048}[power]
+    motion = solve_ivp(
+        lambda _, y: [y[1], -y[0] * (1.0 + stiffening * np.abs(y[0]) ** power) - 2.0 * xi * y[1]],
+        (0.0, 300.0), [1.0, 0.0], rtol=1e-10, atol=1e-12, dense_output=True,
+    ).sol  # fmt: skip
+    time = np.linspace(0.0, 300.0, 30001)
+    x = motion(time)[0]
+    rising = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0))
+    crossing = time[rising] - x[rising] * 0.01 / (x[rising + 1] - x[rising])
+    amplitude = []
+    for start, end in pairwise(crossing):
+        phase = np.linspace(0.0, 2.0 * np.pi, 200, endpoint=False)
+        columns = [f(k * phase) for k in (1, 2, 3) for f in (np.cos, np.sin)]
+        columns += [phase * np.cos(phase), phase * np.sin(phase), np.ones_like(phase)]
+        cosine, sine, *_, cosines, sines, _ = np.linalg.lstsq(
+            np.stack(columns, axis=1), motion(start + (end - start) * phase / (2.0 * np.pi))[0], rcond=None
+        )[0]
+        amplitude.append(np.hypot(cosine + np.pi * cosines, sine + np.pi * sines))
+    a, middle = np.array(amplitude), 0.5 * (crossing[1:] + crossing[:-1])
+    rate = -np.diff(np.log(a)) / np.diff(middle) / xi
+    at = np.sqrt(a[1:] * a[:-1])
+    bend = 2.0 * np.pi / np.diff(crossing) - 1.0
+    size = float(np.median(bend / a**power))
+
+    one = layout(rigs=1)
+    (variant,) = [v for v in CATALOGUE["stiffness_nonlinearity"].variants(one) if f" as {label}, in every" in v.label]
+    table = base(one)
+    variant.apply(table, values(variant, one, lambda p: np.ones(len(p.members))), one)
+    terms = {2: (Term.STIFFNESS, Term.STRUCTURAL_SQUARE), 1: (Term.STIFFNESS_LINEAR, Term.STRUCTURAL_LINEAR)}
+    bends, eases = (table[0, 0, term] for term in terms[power])
+    eased = eases / (0.04 * bends)
+    assert rate == pytest.approx(1.0 + eased * size * at**power, abs=1.5e-3)
 
 
 def test_one_rig_has_no_drift_between_tests():

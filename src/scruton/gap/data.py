@@ -195,6 +195,7 @@ def _assembled(
         reference_omega=float(omega[base]),
         knots=np.exp(knots),
         cut_off=_cut_off(records, cycles),
+        unstated=frozenset(i for i, ratio in enumerate(stated) if ratio is None),
     )
     return GapData(
         campaign=campaign,

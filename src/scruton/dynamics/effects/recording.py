@@ -4,6 +4,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import (
+    BENDS,
     TENTHS,
     Apply,
     Effect,
@@ -87,9 +88,14 @@ def _bend(rows: FloatArray, without: FloatArray, station: Station) -> FloatArray
     return bend_at(rows - without, np.asarray(station.largest))
 
 
-def _bending(term: Term, damping: Term, eases: float, name: str = "size") -> Apply:
-    """A spring that stiffens holds more energy at an amplitude, and viscous damping takes a smaller part of it."""
-    bend = adding(**{name: term})
+def _bending(term: Term, damping: Term, name: str = "size") -> Apply:
+    r"""A frequency that changes as a power of the amplitude, and the damping of that amplitude with it.
+
+    What viscous damping takes in every spring alike is the action, :math:`\omega a^2` of the fundamental, at the rate
+    :math:`2\xi\omega_0`; so that where :math:`\omega` grows with :math:`a^p` by a share :math:`\delta`, the amplitude
+    falls :math:`1 - p\delta/2` times as fast.
+    """
+    bend, eases = adding(**{name: term}), 0.5 * BENDS[term]
 
     def apply(table: FloatArray, values: Values, layout: Layout) -> None:
         before = table[:, :, term].copy()
@@ -101,13 +107,11 @@ def _bending(term: Term, damping: Term, eases: float, name: str = "size") -> App
 
 def _stiffness(layout: Layout) -> list[Variant]:
     shares = {Extent.EVERYWHERE: (2.0, "in every record"), Extent.EACH_RIG: (1.0, "of every rig by its own")}
-    # Change of the decay rate over that of the frequency: dE/dt = -2 xi omega0 <v^2> with the energy E of the spring.
-    square = (Term.STIFFNESS, Term.STRUCTURAL_SQUARE, 2.0 / 3.0)
-    linear = (Term.STIFFNESS_LINEAR, Term.STRUCTURAL_LINEAR, 0.75 * np.pi - 2.0)
+    square, linear = (Term.STIFFNESS, Term.STRUCTURAL_SQUARE), (Term.STIFFNESS_LINEAR, Term.STRUCTURAL_LINEAR)
     powers = {
         "linear": _bending(*linear, "linear"),
         "square": _bending(*square, "square"),
-        "fourth": adding(fourth=Term.STIFFNESS_FOURTH),
+        "fourth": adding(fourth=Term.STIFFNESS_FOURTH),  # no damping in the fourth power has a term
     }
 
     def several(table: FloatArray, values: Values, layout: Layout) -> None:

@@ -85,7 +85,8 @@ def _misstated(layout: Layout) -> list[Variant]:
     stated = scopes(layout, shares)
     if np.unique(layout.rig).size == 1:
         stated = [Scope(Extent.ONE_RIG, layout.everywhere(), one_rig[1], int(layout.rig[0]), one_rig[0])]
-    choices = [("stated damping {scope}", scope) for scope in stated]
+    told = ~np.isin(layout.rig, list(layout.unstated))
+    choices = [("stated damping {scope}", scope) for scope in stated if told[scope.records].all()]
     if layout.wind.any() and not layout.wind.all():
         in_wind = scopes(layout, {Extent.ONE_RIG_IN_WIND: (0.1, "of one rig")})
         choices += [("in wind other than in still air, {scope}", scope) for scope in in_wind]

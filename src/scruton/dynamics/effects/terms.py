@@ -133,6 +133,8 @@ class Layout:
         Amplitudes at which the generic discrepancy has its knots.
     cut_off : mapping
         Of records whose wave is seen to be cut off, by number: the level, and how surely [nats].
+    unstated : frozenset of int
+        Rigs whose structural damping nobody states, by number.
     """
 
     records: tuple[str, ...]
@@ -149,6 +151,7 @@ class Layout:
     reference_omega: float
     knots: FloatArray
     cut_off: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    unstated: frozenset[int] = frozenset()
 
     @property
     def wind(self) -> IntArray:
