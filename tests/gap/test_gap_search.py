@@ -11,6 +11,7 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Effect
 from scruton.dynamics.effects.effect import DAMPING, Extent
 from scruton.dynamics.effects.terms import Term
+from scruton.gap import pairs
 from scruton.gap import search as module
 from scruton.gap.attribute import Candidate
 from scruton.gap.search import Place, beside_unknown
@@ -56,6 +57,7 @@ def found(monkeypatch: pytest.MonkeyPatch) -> Search:
             return SimpleNamespace(
                 log_evidence=value, mode=np.empty(0), names=tuple(names),
                 value=lambda _name, k: (size(names[k], len(names)), np.full(1, 0.1)),
+                with_variants=lambda variant, start: fit((*names, variant.name)),
                 hypothesis=SimpleNamespace(null=None, variants=variants, data=DATA),
             )  # fmt: skip
 
@@ -72,7 +74,8 @@ def found(monkeypatch: pytest.MonkeyPatch) -> Search:
                 start=lambda: np.empty(0), fit=lambda _u: fit([v.name for v in variants]), slices=slices
             )  # fmt: skip
 
-        monkeypatch.setattr(module, "weigh", weigh)
+        for place in (module, pairs):
+            monkeypatch.setattr(place, "weigh", weigh)
         monkeypatch.setattr(module, "Hypothesis", hypothesis)
         null = fit(())
         singles = weigh(null, EFFECTS)

@@ -3,7 +3,7 @@
 Score tests from one optimum alone tell which variants are worth a fit.
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -11,7 +11,7 @@ import numpy as np
 from scipy.special import log_ndtr, logsumexp
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects import Effect, Layout
+from scruton.dynamics.effects import CATALOGUE, Effect, Layout
 from scruton.dynamics.effects.effect import DAMPING, DRIVE, Extent, Parameter, Variant
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.screen import ScoreTest, Screen
@@ -38,6 +38,11 @@ class Candidate:
             return {}
         variants = self.best.hypothesis.variants
         return {p.name: self.best.value(p.name, len(variants) - 1)[0] for p in variants[-1].parameters}
+
+
+def best_of(candidates: Mapping[str, Candidate]) -> Candidate:
+    """The catalogued effect with the most evidence."""
+    return max((c for name, c in candidates.items() if name in CATALOGUE), key=lambda c: c.log_evidence)
 
 
 def weigh(

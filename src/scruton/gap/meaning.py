@@ -9,13 +9,13 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE
 from scruton.dynamics.effects.effect import BENDS
 from scruton.dynamics.effects.terms import HATS, Belongs, Term
+from scruton.gap.attribute import best_of
 from scruton.gap.bands import discrepancy_of_the_unknown
 from scruton.gap.check import SecondLine, knocked
 from scruton.gap.data import GapData
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis, unexplained_lines
 from scruton.gap.finding import Finding, amplitudes_of
 from scruton.gap.hypothesis import FittedHypothesis
-from scruton.gap.search import best_of
 from scruton.gap.thresholds import COLOURED, PLACES_DESCRIBED, SAME_LINE, UNKNOWN_NATS, UNMOVED
 
 _EXCESS = slice(Term.HAT, Term.BUMP + 1)

@@ -1,6 +1,6 @@
 """Which effects act together: one after another, in pairs where the generic term leads, and in place of each other."""
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -8,11 +8,12 @@ import numpy as np
 
 from scruton.dynamics import effects as catalogue
 from scruton.dynamics.effects import CATALOGUE, Effect, Layout, Variant
-from scruton.dynamics.effects.effect import BENDS, DAMPING, Extent
+from scruton.dynamics.effects.effect import BENDS, Extent
 from scruton.dynamics.effects.terms import COLUMNS
 from scruton.gap import thresholds
-from scruton.gap.attribute import Candidate, weigh
+from scruton.gap.attribute import Candidate, best_of, weigh
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
+from scruton.gap.pairs import best_pair
 from scruton.progress import Progress
 
 Weigh = Callable[..., dict[str, Candidate]]  # a base, the effects in it, and what stands in the place that is judged
@@ -95,11 +96,6 @@ class Chain:
         return replace(longer, candidates=weigh(longer.end, {one.name for one in longer.found}))
 
 
-def best_of(candidates: Mapping[str, Candidate]) -> Candidate:
-    """The catalogued effect with the most evidence."""
-    return max((c for name, c in candidates.items() if name in CATALOGUE), key=lambda c: c.log_evidence)
-
-
 def search(
     null: FittedHypothesis,
     singles: Mapping[str, Candidate],
@@ -125,7 +121,6 @@ def search(
     if enough and bend and bend.name not in _negligible(bend.best):
         root = root.joined_by(beside, bend)
     alike = partial(_or_alike, effects=effects, workers=workers, beside=beside)
-    pairs = partial(_pairs, effects=effects, workers=workers)
     chain = alike(_joined(root, beside), len(root.found))
     if bend is not None and root.found:
         slack = thresholds.SECOND_SHARE * (bend.log_evidence - null.log_evidence)  # as its form may be off by
@@ -133,8 +128,8 @@ def search(
     at = root if chain.evidence < root.generic else chain
     if at.room > 1 and at.generic > at.evidence + _needed_of_two(at, root):
         progress("pairs of effects", 0.5)
-        pair = max(pairs(at.end, at.candidates), key=_evidence_of, default=())
-        if pair and _evidence_of(pair) > max(chain.evidence, at.generic if at is chain else -np.inf):
+        pair = best_pair(at.end, at.candidates, effects, workers=workers)
+        if pair and pair[-1].log_evidence > max(chain.evidence, at.generic if at is chain else -np.inf):
             chain = _joined(at.joined_by(beside, *pair), beside)
     if chain.evidence < root.generic:
         chain = root
@@ -241,48 +236,11 @@ def _needed_beside(base: FittedHypothesis, null: FittedHypothesis, candidates: M
     return needed + thresholds.SECOND_SHARE * (base.log_evidence - null.log_evidence) * further
 
 
-def _evidence_of(pair: Sequence[Candidate]) -> float:
-    return pair[-1].log_evidence
-
-
 def _needed_of_two(chain: Chain, root: Chain) -> float:
     """Nats that the generic term must gain beside what was found, for two effects to be sought there at once."""
     if chain is root:
         return 0.0
     return 2.0 * thresholds.SECOND_NATS + thresholds.SECOND_SHARE * (chain.evidence - root.evidence)
-
-
-def _pairs(
-    base: FittedHypothesis, singles: Mapping[str, Candidate], *, effects: Sequence[Effect], workers: int
-) -> Iterator[tuple[Candidate, Candidate]]:
-    """Each of the best single effects with its best partner; those that have a line of their own join by themselves.
-
-    Two effects that explain nothing alone and everything together are large, bend opposite ways, and make a curve of
-    any form: such a pair is a fit and no finding, unless both add structural damping, so that neither mends the other.
-    """
-    amplitude = [effect for effect in effects if effect.name in CATALOGUE and effect.channel in ("amplitude", "signal")]
-    named = [single for effect in amplitude if (single := singles.get(effect.name)) and single.best is not None]
-    for first in sorted(named, key=lambda single: -single.log_evidence)[: thresholds.PAIRED]:
-        assert first.best is not None
-        others = [effect for effect in amplitude if effect.name != first.name and effect.name in singles]
-        second = best_of(weigh(first.best, others, workers=workers, quick=CATALOGUE))
-        gain = second.log_evidence - base.log_evidence
-        own = min(singles[name].log_evidence - base.log_evidence for name in (first.name, second.name))
-        enough = second.log_evidence > first.log_evidence + thresholds.SECOND_NATS
-        if second.best is not None and enough and (own > thresholds.OWN_SHARE * gain or _both_damp(second.best)):
-            yield first, second
-
-
-def _both_damp(fit: FittedHypothesis) -> bool:
-    """Whether the two effects that joined last add structural damping, each and at any amplitude."""
-    wind = fit.hypothesis.data.layout.wind
-    for k in (len(fit.hypothesis.variants) - 2, len(fit.hypothesis.variants) - 1):
-        variant = fit.hypothesis.variants[k]
-        sizes = [fit.value(p.name, k) for p in variant.parameters if p.unit == DAMPING and not p.log]
-        in_still_air = bool(np.any(variant.scope.records & ~wind))
-        if not (sizes and in_still_air and all(np.all(size > -2.0 * sd) for size, sd in sizes)):
-            return False
-    return True
 
 
 def _or_alike(
