@@ -12,7 +12,12 @@ from scruton.gap.hypothesis import FittedHypothesis
 
 
 def best_pair(
-    base: FittedHypothesis, singles: Mapping[str, Candidate], effects: Sequence[Effect], *, workers: int
+    base: FittedHypothesis,
+    singles: Mapping[str, Candidate],
+    effects: Sequence[Effect],
+    *,
+    damping: bool = False,
+    workers: int,
 ) -> tuple[Candidate, ...]:
     """The pair with the most evidence beside a hypothesis, each found beside the one before; none where no two do.
 
@@ -23,10 +28,13 @@ def best_pair(
         Every effect that may join, added to `base` alone.
     effects : sequence of Effect
         Of the catalogue.
+    damping : bool
+        Whether both have to add structural damping.
     workers : int
         Threads.
     """
-    pair = max(_pairs(base, singles, effects, workers), key=_evidence_of, default=())
+    pairs = _pairs(base, singles, effects, workers)
+    pair = max((pair for pair in pairs if not damping or _both_damp(pair[-1].best)), key=_evidence_of, default=())
     return max(pair, _again(base, *pair, effects, workers), key=_evidence_of) if pair else ()
 
 
@@ -67,8 +75,10 @@ def _again(
     return first, second
 
 
-def _both_damp(fit: FittedHypothesis) -> bool:
+def _both_damp(fit: FittedHypothesis | None) -> bool:
     """Whether the two effects that joined last add structural damping, each and at any amplitude."""
+    if fit is None:
+        return False
     wind = fit.hypothesis.data.layout.wind
     for k in (len(fit.hypothesis.variants) - 2, len(fit.hypothesis.variants) - 1):
         variant = fit.hypothesis.variants[k]

@@ -128,7 +128,8 @@ def search(
     at = root if chain.evidence < root.generic else chain
     if at.room > 1 and at.generic > at.evidence + _needed_of_two(at, root):
         progress("pairs of effects", 0.5)
-        pair = best_pair(at.end, at.candidates, effects, workers=workers)
+        # Beside what was found any two would mend what is none of it, too, but for two that both damp.
+        pair = best_pair(at.end, at.candidates, effects, damping=at is not root, workers=workers)
         if pair and pair[-1].log_evidence > max(chain.evidence, at.generic if at is chain else -np.inf):
             chain = _joined(at.joined_by(beside, *pair), beside)
     if chain.evidence < root.generic:
