@@ -8,7 +8,7 @@ import numpy as np
 
 from scruton.dynamics import effects as catalogue
 from scruton.dynamics.effects import CATALOGUE, Effect, Layout, Variant
-from scruton.dynamics.effects.effect import BENDS, Extent
+from scruton.dynamics.effects.effect import BENDS, POWERS, Extent
 from scruton.dynamics.effects.terms import COLUMNS
 from scruton.gap import thresholds
 from scruton.gap.attribute import Candidate, best_of, weigh
@@ -336,7 +336,10 @@ def _together(null: FittedHypothesis, effects: Sequence[Candidate]) -> FittedHyp
 
 
 def _negligible(fit: FittedHypothesis | None) -> set[str]:
-    """Effects in a model whose sizes are nobody's concern; one without a size (a lag, a level) is none of them."""
+    """Effects in a model whose sizes are nobody's concern; one without a size (a lag, a level) is none of them.
+
+    What grows with the amplitude is measured at the largest of the records that it acts in.
+    """
     small: set[str] = set()
     if fit is None:
         return small
@@ -344,6 +347,14 @@ def _negligible(fit: FittedHypothesis | None) -> set[str]:
         sizes = [(fit.value(p.name, k)[0], p) for p in variant.parameters if not p.log and p.name != variant.scan]
         # of what cannot be negative, a fit below zero is nothing
         largest = max((float((size if p.positive else np.abs(size)).max()) for size, p in sizes), default=np.inf)
-        if largest < thresholds.SMALLEST:
+        if largest * _growth(variant, fit.hypothesis.data.layout) < thresholds.SMALLEST:
             small.add(variant.effect)
     return small
+
+
+def _growth(variant: Variant, layout: Layout) -> float:
+    """How much larger a size is at the largest amplitude that it acts at than at the reference amplitude."""
+    table = np.zeros((1, len(layout.records), COLUMNS))
+    variant.apply(table, {p.name: np.ones(table.shape[:2]) for p in variant.parameters}, layout)
+    power = max((p for term, p in POWERS.items() if table[..., int(term)].any()), default=0)
+    return max(float(layout.largest[variant.scope.records].max() / layout.reference_amplitude) ** power, 1.0)

@@ -335,7 +335,7 @@ def add(table: FloatArray, term: int, value: FloatArray) -> None:
 
 
 # Powers of the amplitude that a damping goes with, and a change of the frequency; shares of a whole have no unit.
-_POWERS: dict[int, int] = {
+POWERS: dict[int, int] = {
     Term.STRUCTURAL_LINEAR: 1, Term.STRUCTURAL_SQUARE: 2, Term.AERO_LINEAR: 1, Term.AERO_SQUARE: 2, Term.AERO_FOURTH: 4,
 }  # fmt: skip
 BENDS: dict[int, int] = {Term.STIFFNESS_LINEAR: 1, Term.STIFFNESS: 2, Term.STIFFNESS_FOURTH: 4}
@@ -357,7 +357,7 @@ def adding(**terms: int) -> Apply:
             if term in BENDS:
                 value = _BEND * value / float(layout.largest.max()) ** BENDS[term]
             elif term not in _SHARES:
-                value = value * layout.rate / layout.reference_amplitude ** _POWERS.get(term, 0)
+                value = value * layout.rate / layout.reference_amplitude ** POWERS.get(term, 0)
             add(table, term, value)
 
     return apply
