@@ -19,6 +19,7 @@ from scruton.progress import Progress
 Weigh = Callable[..., dict[str, Candidate]]  # a base, the effects in it, and what stands in the place that is judged
 Probable = Callable[["Place"], Mapping[str, float]]  # of every name that might stand in a place, and of none
 _UNKNOWN = catalogue.UNKNOWN.name
+_FRICTION, _NONLINEAR = "coulomb_friction", "structural_damping_nonlinearity"
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,10 +201,23 @@ def beside_unknown(
 
 
 def _stays(place: Place, probable: Probable, *, shared: bool = False) -> bool:
-    """Whether the effect in a place, or a `shared` one by whatever name, is more probable than not."""
+    """Whether the effect in a place, or a `shared` one by whatever name, is more probable than not.
+
+    A structural damping that takes where friction adds mends the form of that friction, unless it is sure.
+    """
     probability = probable(place)
     names = [name for name in probability if name in CATALOGUE] if shared else [place.best.name]
-    return sum(probability[name] for name in names) >= 0.5
+    return sum(probability[name] for name in names) >= (thresholds.SETTLED if _opposes(place.best.best) else 0.5)
+
+
+def _opposes(fit: FittedHypothesis | None) -> bool:
+    """Whether the effect that joined last is a structural damping that is negative, beside dry friction."""
+    if fit is None:
+        return False
+    *others, last = fit.hypothesis.variants
+    if last.effect != _NONLINEAR or all(other.effect != _FRICTION for other in others):
+        return False
+    return sum(float(np.sum(fit.value(p.name, len(others))[0])) for p in last.parameters) < 0.0
 
 
 def _beside(effects: Sequence[Effect], workers: int, progress: Progress) -> Weigh:
