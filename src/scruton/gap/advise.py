@@ -30,8 +30,8 @@ def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
     whitened - has less than two standard deviations left after projection on the null model's parameters and the
     effect's, where its evidence is as good to within some nats, or where the verdict is not ten times as probable.
     A further effect's group holds what it is not ten times as probable as in its place.  Other pairs are looked at with
-    20 per cent of the relaxation damping.  The group of `none` holds what could be there
-    at that size without being seen, too.
+    20 per cent of the relaxation damping.  The group of `none` holds what could be there at that size without being
+    seen, too.
     """
     verdict, weights = diagnosis.verdict, diagnosis.log_weights
     space = _Tangent(diagnosis.null.hypothesis, diagnosis.null.mode)

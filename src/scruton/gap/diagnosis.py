@@ -244,7 +244,7 @@ def _judged(
         rival = leader is not base and gains[best.name] > thresholds.HOLDS_BACK_NATS
         if ahead and rival and not _earned(leader, best, rivals[UNKNOWN], workers):
             gains[UNKNOWN] = gains[best.name] - thresholds.UNEARNED_NATS
-        # A name whose model leaves gusts that come and go with the amplitude is not sure, whatever it explains.
+        # A name whose model leaves records in wind that vary more in one part than in another is not sure.
         if rival and null.hypothesis.data.layout.wind.any() and mark.spread < thresholds.SPREADS:
             gains[UNKNOWN] = max(gains[UNKNOWN], gains[best.name] - thresholds.UNEARNED_NATS)
     gains[NONE] = 0.0
