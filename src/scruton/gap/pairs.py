@@ -33,13 +33,17 @@ def best_pair(
     workers : int
         Threads.
     """
-    pairs = _pairs(base, singles, effects, workers)
-    pair = max((pair for pair in pairs if not damping or _both_damp(pair[-1].best)), key=_evidence_of, default=())
+    pair = max(_pairs(base, singles, effects, damping=damping, workers=workers), key=_evidence_of, default=())
     return max(pair, _again(base, *pair, effects, workers), key=_evidence_of) if pair else ()
 
 
 def _pairs(
-    base: FittedHypothesis, singles: Mapping[str, Candidate], effects: Sequence[Effect], workers: int
+    base: FittedHypothesis,
+    singles: Mapping[str, Candidate],
+    effects: Sequence[Effect],
+    *,
+    damping: bool,
+    workers: int,
 ) -> Iterator[tuple[Candidate, Candidate]]:
     """Each of the best single effects with its best partner; those that have a line of their own join by themselves.
 
@@ -55,7 +59,8 @@ def _pairs(
         gain = second.log_evidence - base.log_evidence
         own = min(singles[name].log_evidence - base.log_evidence for name in (first.name, second.name))
         enough = second.log_evidence > first.log_evidence + thresholds.SECOND_NATS
-        if second.best is not None and enough and (own > thresholds.OWN_SHARE * gain or _both_damp(second.best)):
+        apart = not damping and own > thresholds.OWN_SHARE * gain
+        if second.best is not None and enough and (apart or _both_damp(second.best)):
             yield first, second
 
 
@@ -75,10 +80,8 @@ def _again(
     return first, second
 
 
-def _both_damp(fit: FittedHypothesis | None) -> bool:
+def _both_damp(fit: FittedHypothesis) -> bool:
     """Whether the two effects that joined last add structural damping, each and at any amplitude."""
-    if fit is None:
-        return False
     wind = fit.hypothesis.data.layout.wind
     for k in (len(fit.hypothesis.variants) - 2, len(fit.hypothesis.variants) - 1):
         variant = fit.hypothesis.variants[k]

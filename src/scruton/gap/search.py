@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.dynamics import effects as catalogue
 from scruton.dynamics.effects import CATALOGUE, Effect, Layout, Variant
 from scruton.dynamics.effects.effect import BENDS, POWERS, Extent
@@ -89,12 +90,12 @@ class Chain:
         """How many more may join; what only the frequency shows counts for none."""
         return thresholds.MOST_EFFECTS - sum(not _of_frequency(one.name) for one in self.found)
 
-    def joined_by(self, weigh: Weigh, *others: Candidate) -> "Chain":
+    def joined_by(self, beside: Weigh, *others: Candidate) -> "Chain":
         """The chain with more effects, each found beside those before it."""
         longer = replace(self, found=(*self.found, *others), candidates={})
         if not longer.room:
             return longer
-        return replace(longer, candidates=weigh(longer.end, {one.name for one in longer.found}))
+        return replace(longer, candidates=beside(longer.end, {one.name for one in longer.found}))
 
 
 def search(
@@ -244,10 +245,7 @@ def _needed_beside(base: FittedHypothesis, null: FittedHypothesis, candidates: M
     needed = thresholds.UNKNOWN_NATS
     if (variant := candidates[_UNKNOWN].variant) is None:
         return needed
-    layout = base.hypothesis.data.layout
-    table = np.zeros((1, len(layout.records), COLUMNS))
-    variant.apply(table, {p.name: np.ones(table.shape[:2]) for p in variant.parameters}, layout)
-    further = bool(np.any(table[:, :, list(BENDS)]))
+    further = bool(np.any(_added(variant, base.hypothesis.data.layout)[:, list(BENDS)]))
     return needed + thresholds.SECOND_SHARE * (base.log_evidence - null.log_evidence) * further
 
 
@@ -368,7 +366,13 @@ def _negligible(fit: FittedHypothesis | None) -> set[str]:
 
 def _growth(variant: Variant, layout: Layout) -> float:
     """How much larger a size is at the largest amplitude that it acts at than at the reference amplitude."""
+    added = _added(variant, layout)
+    power = max((p for term, p in POWERS.items() if added[:, int(term)].any()), default=0)
+    return max(float(layout.largest[variant.scope.records].max() / layout.reference_amplitude) ** power, 1.0)
+
+
+def _added(variant: Variant, layout: Layout) -> FloatArray:
+    """Coefficients that a variant adds to nothing in every record, its parameters all one, (R, COLUMNS)."""
     table = np.zeros((1, len(layout.records), COLUMNS))
     variant.apply(table, {p.name: np.ones(table.shape[:2]) for p in variant.parameters}, layout)
-    power = max((p for term, p in POWERS.items() if table[..., int(term)].any()), default=0)
-    return max(float(layout.largest[variant.scope.records].max() / layout.reference_amplitude) ** power, 1.0)
+    return np.asarray(table[0])

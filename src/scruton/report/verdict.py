@@ -3,7 +3,7 @@
 Everywhere the same: on the terminal by the names of files, in the report and its pictures by titles.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from scruton.gap.thresholds import SETTLED
@@ -80,19 +80,26 @@ def likeliest(gap: Mapping[str, Any]) -> list[tuple[str, float]]:
 
 
 def _beside(gap: Mapping[str, Any], name: str, title: Title) -> str:
+    """A further effect with its probability, and what else may stand in its place where it is not settled."""
     p = gap.get("probability_also", {}).get(name)
-    if p is None or not doubted(gap, name):
-        return f"{title(name)}{'' if p is None else f' ({odds(p)})'}"
+    if p is None:
+        return title(name)
+    if not doubted(gap, name):
+        return f"{title(name)} ({odds(p)})"
     others = sorted(gap.get("in_its_place", {}).get(name, {}).items(), key=lambda pair: -pair[1])
-    rivals = [(one, share) for one, share in others if one not in (name, "none") and share >= NAMED_ABOVE]
-    return "perhaps " + " or ".join(f"{title(one)} ({_share(p)})" for one, p in [(name, p), *rivals])
+    rivals = [(one, of) for one, of in others if one not in (name, "none") and of >= NAMED_ABOVE]
+    return f"perhaps {_with_shares([(name, p), *rivals], title)}"
 
 
 def _candidates(gap: Mapping[str, Any], title: Title) -> str:
     """The likeliest causes with their shares, and that of no gap, which comes first where it leads."""
-    named = " or ".join(f"{title(name)} ({_share(p)})" for name, p in likeliest(gap))
+    named = _with_shares(likeliest(gap), title)
     none = _share(gap["probability"].get("none", 0.0))
     return f"no gap ({none}), or {named}" if gap["verdict"] == "none" else f"{named}; no gap {none}"
+
+
+def _with_shares(causes: Iterable[tuple[str, float]], title: Title) -> str:
+    return " or ".join(f"{title(name)} ({_share(p)})" for name, p in causes)
 
 
 def _share(p: float) -> str:
