@@ -98,6 +98,7 @@ ALONE = {
     "coherence": {"COHERENCE": 0.02},
     "trend": {"TREND": 0.1, "TREND_SINE": 0.05, "TREND_DRIVE": 0.05},
     "jump": {"JUMP": 0.1, "JUMP_RATE": 0.1, "JUMP_TIME": 4.0},
+    "warming": {"WARMING": 0.1, "WARMING_PACE": 2.0},
     "forcing": {"FORCE_COS": 0.002, "FORCE_SIN": 0.001, "FORCE_RATE": 1.0},
     "gain": {"GAIN": 0.1},
     "line": {"LINE_COS": 0.002, "LINE_SIN": 0.001, "LINE_RATE": 3.0, "LINE_DECAY": 0.2},

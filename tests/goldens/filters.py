@@ -103,6 +103,7 @@ TERMS: tuple[dict[str, float], ...] = (
     {"JUMP": 0.2, "JUMP_TIME": 3.0, "JUMP_RATE": 0.02},
     {"LINE_COS": 0.001, "LINE_SIN": 0.002, "LINE_RATE": 1.3, "LINE_DECAY": 0.1},
     {"HAT": 0.05},
+    {"WARMING": 0.2, "WARMING_PACE": 2.0},
 )
 BARE = {
     "AERO": RATE,

@@ -16,6 +16,7 @@ _TREND, _SINE, _ARCH, _TREND_DRIVE = (
     int(Term.TREND), int(Term.TREND_SINE), int(Term.TREND_ARCH), int(Term.TREND_DRIVE)
 )  # fmt: skip
 _JUMP, _JUMP_RATE = int(Term.JUMP), int(Term.JUMP_RATE)
+_WARMING, _PACE = int(Term.WARMING), int(Term.WARMING_PACE)
 _HAT = int(Term.HAT)
 _BUMP, _BUMP_AT, _BUMP_WIDTH = int(Term.BUMP), int(Term.BUMP_AT), int(Term.BUMP_WIDTH)
 
@@ -28,6 +29,7 @@ def effect_drift(a, lagged, c, tau, late, force, hats, knots):  # type: ignore[n
     """
     x = c.reshape((COLUMNS, 1))
     wind, still, drive = weather(x, 0, tau, 0.5 * np.sin(np.pi * tau), np.cos(np.pi * tau), late)
+    still += warmth(x, 0, tau)
     return drift_of(a, lagged, x, 0, wind, still, drive, force, hats, knots)
 
 
@@ -41,6 +43,12 @@ def weather(x, w, tau, bow, arch, late):  # type: ignore[no-untyped-def]
     still = x[_S1, w] + late * x[_JUMP_RATE, w]
     drive = x[_C, w] * (1.0 + x[_TREND_DRIVE, w] * tau) * (1.0 + late * x[_JUMP, w])
     return wind, still, drive
+
+
+@njit(cache=True, inline="always")
+def warmth(x, w, tau):  # type: ignore[no-untyped-def]
+    """Structural damping rate that column w has gained at a place in the record."""
+    return x[_WARMING, w] * (1.0 - np.exp(-(tau + 0.5) * x[_PACE, w]))
 
 
 @njit(cache=True, inline="always")

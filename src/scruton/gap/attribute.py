@@ -12,10 +12,10 @@ from scipy.special import log_ndtr, logsumexp
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE, Effect, Layout
-from scruton.dynamics.effects.effect import DAMPING, DRIVE, Extent, Parameter, Variant
+from scruton.dynamics.effects.effect import DAMPING, DRIVE, FREQUENCY, Extent, Parameter, Variant
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.screen import ScoreTest, Screen
-from scruton.gap.thresholds import FIT_SHARE, FIT_WITHIN, HOPELESS, MOST_FITS, NOTICED, QUICK_FITS
+from scruton.gap.thresholds import CREEP, FIT_SHARE, FIT_WITHIN, HOPELESS, MOST_FITS, NOTICED, QUICK_FITS
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,13 +136,14 @@ def log_noticeable(fit: FittedHypothesis) -> float:
 
     .. math:: \ln\frac{P(\max|s| > s_0 \mid y)}{P(\max|s| > s_0)}
 
-    for the sizes s, in units of the relaxation damping or of the drive, of the variant that was added last, with the
-    normal approximation of their posterior. No gap and one of less than :math:`s_0` are the same thing; and so are a
-    force off the response that takes longer than a record to beat with it once, and more drive.
+    for the sizes s, in units of the relaxation damping, of the drive or of the frequency, of the variant that was added
+    last, with the normal approximation of their posterior. No gap and one of less than :math:`s_0` are the same thing;
+    and so are a force off the response that takes longer than a record to beat with it once, and more drive.
     """
     last = len(fit.hypothesis.variants) - 1
     variant = fit.hypothesis.variants[last]
-    sized = [(p, NOTICED) for p in variant.parameters if p.unit in (DAMPING, DRIVE) and not p.log]
+    least = {DAMPING: NOTICED, DRIVE: NOTICED, FREQUENCY: CREEP}
+    sized = [(p, least[p.unit]) for p in variant.parameters if p.unit in least and not p.log]
     detuned = [p for p in variant.parameters if p.name == variant.scan == "detuning"]
     beating = [(p, _one_beat(p, fit.hypothesis.data.layout)) for p in detuned]
 

@@ -244,8 +244,10 @@ def _judged(
         rival = leader is not base and gains[best.name] > thresholds.HOLDS_BACK_NATS
         if ahead and rival and not _earned(leader, best, rivals[UNKNOWN], workers):
             gains[UNKNOWN] = gains[best.name] - thresholds.UNEARNED_NATS
-        # A name whose model leaves records in wind that vary more in one part than in another is not sure.
-        if rival and null.hypothesis.data.layout.wind.any() and mark.spread < thresholds.SPREADS:
+        # A name whose model leaves records in wind that vary more in one part than in another, or a phase that can be
+        # foretold, is not sure.
+        refuted = mark.spread < thresholds.SPREADS or mark.phase < thresholds.FORETOLD
+        if rival and refuted and null.hypothesis.data.layout.wind.any():
             gains[UNKNOWN] = max(gains[UNKNOWN], gains[best.name] - thresholds.UNEARNED_NATS)
     gains[NONE] = 0.0
     probability = probabilities(gains, prior, prior_none)

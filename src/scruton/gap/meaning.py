@@ -7,7 +7,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE
-from scruton.dynamics.effects.effect import BENDS
+from scruton.dynamics.effects.effect import BENDS, FREQUENCY
 from scruton.dynamics.effects.terms import HATS, Belongs, Term
 from scruton.gap.attribute import best_of
 from scruton.gap.bands import discrepancy_of_the_unknown
@@ -15,10 +15,10 @@ from scruton.gap.check import SecondLine, knocked
 from scruton.gap.data import GapData
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis, unexplained_lines
 from scruton.gap.finding import Finding, amplitudes_of
-from scruton.gap.hypothesis import FittedHypothesis
+from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.thresholds import COLOURED, PLACES_DESCRIBED, SAME_LINE, UNKNOWN_NATS, UNMOVED
 
-_EXCESS = slice(Term.HAT, Term.BUMP + 1)
+_EXCESS = range(Term.HAT, Term.BUMP + 1)
 _COLOUR = {
     True: "what the null model leaves is coloured: something that lasts",
     False: "what the null model leaves is white",
@@ -232,17 +232,21 @@ def _within(finding: Finding, data: GapData, acting: np.ndarray) -> bool:
 
 def _of_generic(diagnosis: Diagnosis) -> tuple[float, str, np.ndarray]:
     """How large a generic term is, of what, and the records, (R,) of bool, in which it is more than half of that."""
-    layout, table = diagnosis.data.layout, diagnosis.final.table
-    null = (diagnosis.base or diagnosis.null).table  # what stands beside it is not its size
-    if np.any(table[:, _EXCESS]):
-        each, what = np.abs(table[:, _EXCESS] / layout.rate[:, None]).max(axis=1), "of the relaxation damping"
-    elif diagnosis.final.hypothesis.variants[-1].scan == "moment":
-        each, what = np.abs(table[:, Term.JUMP]), "of the drive"
-    elif np.any(table[:, Term.GUST] > null[:, Term.GUST]):
-        each, what = _over(table[:, Term.GUST], table[:, Term.DRIVE]), "of the drive"
+    layout, fit = diagnosis.data.layout, diagnosis.final
+    rest = Hypothesis(fit.hypothesis.null, fit.hypothesis.variants[:-1])
+    without = rest.table(fit.mode[None, : rest.size])[0]
+    own = np.abs(fit.table - without)
+    own[:, Term.WARMING] *= -np.expm1(-own[:, Term.WARMING_PACE])
+    if np.any(damping := own[:, [*_EXCESS, Term.STRUCTURAL, Term.WARMING]]):
+        each, what = (damping / layout.rate[:, None]).max(axis=1), "of the relaxation damping"
+    elif np.any(own[:, Term.JUMP]):
+        each, what = own[:, Term.JUMP], "of the drive"
+    elif np.any(own[:, Term.GUST]):
+        each, what = _over(fit.table[:, Term.GUST], fit.table[:, Term.DRIVE]), "of the drive"
+    elif np.any(own[:, Term.FREQUENCY_TREND]):
+        each, what = own[:, Term.FREQUENCY_TREND], FREQUENCY
     else:
-        bent = np.abs(table - null)[:, list(BENDS)].max(axis=1)
-        return float(bent.max()), "of the frequency", np.abs(table - null).max(axis=1) > 0.0
+        return float(own[:, list(BENDS)].max()), FREQUENCY, own.max(axis=1) > 0.0
     return float(each.max()), what, each > 0.5 * each.max()
 
 

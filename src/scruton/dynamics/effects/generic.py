@@ -1,6 +1,6 @@
 """What is in no catalogue: generic terms that compete under the name `unknown`."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +10,7 @@ from scruton.dynamics.effects.effect import (
     AMPLITUDE,
     DAMPING_RATIO,
     DRIVE,
+    FREQUENCY,
     TENTHS,
     Effect,
     Extent,
@@ -21,7 +22,7 @@ from scruton.dynamics.effects.effect import (
     scopes,
     sized,
 )
-from scruton.dynamics.effects.terms import HATS, Belongs, Layout, Term
+from scruton.dynamics.effects.terms import HATS, Belongs, Layout, Term, compact
 
 _DRIVE = adding(size=Term.JUMP)
 # From some moment of a record on; together of the weight of one form.
@@ -32,6 +33,27 @@ _JUMPS = {
     Extent.EACH_RECORD_OF_ONE_TEST: (0.125, "in every record of one test"),
     Extent.ONE_RECORD: (0.125, "in one record"),
 }
+# Of a damper that warms, oil or magnet; together of the weight of one form.
+_WARMS = {
+    Extent.EVERYWHERE: (0.4, "of all rigs alike"),
+    Extent.ONE_RIG: (0.4, "of one rig"),
+    Extent.EACH_RIG: (0.2, "of every rig by its own"),
+}
+_GAINS = adding(size=Term.WARMING)
+# Of what is not the same from record to record; together of the weight of one form.
+_DIFFERS = {
+    Extent.EACH_RECORD: (0.5, "of every record by its own"),
+    Extent.ONE_RECORD: (0.5, "of one record"),
+}
+_APART = 1.5  # of two releases, from which on decays tell time from amplitude: judged
+_DAMPS = adding(size=Term.STRUCTURAL)
+# Of springs that creep or warm; together of the weight of one form.
+_CREEPS = {
+    Extent.EVERYWHERE: (0.4, "alike in every record"),
+    Extent.EACH_RIG: (0.4, "of every rig by its own"),
+    Extent.EACH_RECORD: (0.2, "in every record by its own"),
+}
+_PITCHES = adding(size=Term.FREQUENCY_TREND)
 _EXCESS = {f"hat{k}": Term.HAT + k for k in range(HATS)}
 _BUMP = adding(size=Term.BUMP)
 _BUMP_PLACES = 12  # over ln(amplitude), from which a bump is sought
@@ -57,6 +79,55 @@ def _jumps(layout: Layout) -> list[Variant]:
         jump = sized("a jump {scope}", _jump, scope, unit=DRIVE)
         found.append(replace(jump, parameters=(*jump.parameters, moment), scan="moment"))
     return found
+
+
+def _told(layout: Layout, shares: Mapping[Extent, tuple[float, str]]) -> list[Scope]:
+    """Scopes of what follows the time in a record: of rigs whose records go through an amplitude at several times."""
+    growing, tells = layout.direction > 0, np.zeros(len(layout.records), dtype=bool)
+    for rig in np.unique(layout.rig):
+        own = layout.rig == rig
+        released = layout.largest[own & ~growing]
+        both = released.size > 0 and bool(np.any(growing[own]))
+        tells[own] = both or (released.size > 1 and released.max() > _APART * released.min())
+    each = (Extent.EACH_RIG, Extent.EACH_RECORD)
+    found = [
+        replace(one, members=compact(np.where(tells, one.members, -1))) if one.extent in each else one
+        for one in scopes(layout, shares)
+    ]
+    return [one for one in found if np.any(tells & one.records)]
+
+
+def _warm(table: FloatArray, values: Values, layout: Layout) -> None:
+    _GAINS(table, values, layout)
+    acts = values["time"] > 0.0
+    table[:, :, Term.WARMING_PACE] = np.where(acts, layout.duration / np.where(acts, values["time"], 1.0), 0.0)
+
+
+def _warming(layout: Layout) -> list[Variant]:
+    """Structural damping that changes as a record goes on, in still air and in wind, each anew from where it began."""
+    middle, found = float(np.log(np.median(layout.duration))), []
+    for scope in _told(layout, _WARMS):
+        time = Parameter(
+            "time", middle - 1.0, 1.0, layout.only(scope.records), log=True, unit="s",
+            starts=(middle - 1.0, middle - 2.0, middle),
+        )  # fmt: skip
+        form = sized("structural damping that changes as a record goes on, {scope}", _warm, scope)
+        found.append(replace(form, parameters=(*form.parameters, time), scan="time"))
+    return found
+
+
+def _differing(layout: Layout) -> list[Variant]:
+    """Structural damping that differs between records of a rig, in still air and in wind."""
+    if len(layout.records) == np.unique(layout.rig).size:
+        return []
+    return [sized("structural damping {scope}", _DAMPS, scope) for scope in scopes(layout, _DIFFERS)]
+
+
+def _creeping(layout: Layout) -> list[Variant]:
+    return [
+        sized("frequency that changes as a record goes on, {scope}", _PITCHES, scope, scale=0.01, unit=FREQUENCY)
+        for scope in _told(layout, _CREEPS)
+    ]
 
 
 def _bump(table: FloatArray, values: Values, layout: Layout) -> None:
@@ -105,7 +176,7 @@ def _forms(layout: Layout) -> list[Variant]:
     sizes = tuple(float(np.log(size)) for size in (0.1, 0.05, 0.2, 0.4))
     scatter = Parameter("scatter", sizes[0], 0.7, layout.by_test(), log=True, unit=DRIVE, starts=sizes)
     slow = Variant("what comes and goes", (scatter,), _coming_and_going, wind)
-    return [*variants, *bumps, *_jumps(layout), slow]
+    return [*variants, *bumps, *_jumps(layout), *_warming(layout), *_differing(layout), *_creeping(layout), slow]
 
 
 EFFECT = Effect(
@@ -115,6 +186,7 @@ EFFECT = Effect(
     Belongs.WIND,
     (
         *(Term.HAT, Term.BUMP, Term.BUMP_AT, Term.BUMP_WIDTH, Term.JUMP, Term.JUMP_TIME),
+        *(Term.WARMING, Term.WARMING_PACE, Term.STRUCTURAL, Term.FREQUENCY_TREND),
         *(Term.STIFFNESS, Term.STIFFNESS_LINEAR, Term.GUST),
     ),
     DAMPING_RATIO,

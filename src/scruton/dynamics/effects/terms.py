@@ -1,6 +1,6 @@
 r"""The amplitude equation with every term that an effect may add, as a table of coefficients for each record.
 
-.. math:: \dot a = -s_1 a - s_2 a^2 - s_3 a^3 - F\frac{a}{\sqrt{a^2 + a_F^2}}
+.. math:: \dot a = -(s_1 + w\,(1 - e^{-r(\tau + 1/2)}))\,a - s_2 a^2 - s_3 a^3 - F\frac{a}{\sqrt{a^2 + a_F^2}}
           - (1 + \gamma\tau)\,(l_1 + l_2 a + l_3 a^2 + l_5 a^4)\,a_\ell^{*}
           + (1 + 2\gamma\tau)\,c\,(1 - e^{-a_\ell/a_c}) + p\,(a_\ell - a)
           + F_c\cos\chi + F_s\sin\chi + h + o + q\,\dot W
@@ -97,9 +97,12 @@ class Term(IntEnum):
     BUMP_WIDTH = 45 + HATS, _WIND  # standard deviation in ln(amplitude)
     FRICTION_SPRING = 46 + HATS, _RIG  # pi F/(2 omega) of Dahl's friction [amplitude]; 0: F a/sqrt(a^2 + a_F^2)
     LATE = 47 + HATS, _WIND  # p: of the drive, what follows the amplitude late [1/s]
+    WARMING = 48 + HATS, _RIG  # w: structural damping that a record gains as it goes on [1/s]
+    WARMING_PACE = 49 + HATS, _RIG  # duration of the record over the time in which it does
+    FREQUENCY_TREND = 50 + HATS, _RUN  # relative change of the frequency over the record, linear
 
 
-COLUMNS = int(Term.LATE) + 1
+COLUMNS = int(Term.FREQUENCY_TREND) + 1
 BELONGS: dict[Term, Belongs] = {term: term.belongs for term in Term}
 
 
