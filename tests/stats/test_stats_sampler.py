@@ -1,6 +1,6 @@
 """Moves, ensembles, convergence and checkpoints on targets whose answer is known."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import emcee
@@ -10,7 +10,8 @@ from scipy import stats
 
 from scruton.arrays import FloatArray
 from scruton.errors import InputError
-from scruton.stats.convergence import SamplerSettings
+from scruton.stats import sampler
+from scruton.stats.convergence import SamplerSettings, judge
 from scruton.stats.moves import Sweep, Walkers, sweep
 from scruton.stats.optimum import find_optimum
 from scruton.stats.posterior import Block, Posterior
@@ -325,6 +326,36 @@ def test_the_verdict_on_a_run_that_ends_at_its_limit_rests_on_a_third_of_it(most
     verdict = sample(Normal(), settings, np.random.SeedSequence(4)).convergence
     assert not verdict.converged
     assert verdict.steps >= 0.75 * most / 3.0 - 1.0
+
+
+@pytest.mark.parametrize(("lacking", "last"), [(0.98, 500), (0.9, 400)])
+def test_a_run_that_lacks_a_few_draws_at_its_limit_goes_on(tmp_path, monkeypatch, lacking, last):
+    settings, steps = SamplerSettings(max_steps=400, min_ess=10**6), []
+
+    def judged(*arguments):
+        verdict, enough = judge(*arguments), steps[-1] > settings.max_steps
+        draws = np.full(4, settings.min_ess * (1.1 if enough else lacking))
+        return replace(verdict, ess_bulk=draws, ess_tail=draws, converged=enough)
+
+    monkeypatch.setattr(sampler, "judge", judged)
+
+    def run(checkpoint=None, stop=np.inf):
+        steps.clear()
+
+        def told(done, _):
+            steps.append(done)
+            if done >= stop:
+                raise KilledError
+
+        return sample(Normal(), settings, np.random.SeedSequence(4), checkpoint, told)
+
+    whole = run()
+    assert steps[-1] == last
+    assert whole.convergence.converged == (last > settings.max_steps)
+    checkpoint = Checkpoint(tmp_path / "run.npz", "a run")
+    with pytest.raises(KilledError):
+        run(checkpoint, settings.max_steps)
+    assert run(checkpoint).chain.tobytes() == whole.chain.tobytes()
 
 
 def test_one_seed_one_chain():

@@ -12,10 +12,19 @@ from scipy.special import log_ndtr, logsumexp
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE, Effect, Layout
-from scruton.dynamics.effects.effect import DAMPING, DRIVE, FREQUENCY, Extent, Parameter, Variant
+from scruton.dynamics.effects.effect import DAMPING, DRIVE, FREQUENCY, REPEATED, Extent, Parameter, Variant
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.screen import ScoreTest, Screen
-from scruton.gap.thresholds import CREEP, FIT_SHARE, FIT_WITHIN, HOPELESS, MOST_FITS, NOTICED, QUICK_FITS
+from scruton.gap.thresholds import (
+    CREEP,
+    FIT_SHARE,
+    FIT_WITHIN,
+    HOPELESS,
+    MOST_FITS,
+    NOTICED,
+    QUICK_FITS,
+    REPEATS,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,11 +147,12 @@ def log_noticeable(fit: FittedHypothesis) -> float:
 
     for the sizes s, in units of the relaxation damping, of the drive or of the frequency, of the variant that was added
     last, with the normal approximation of their posterior. No gap and one of less than :math:`s_0` are the same thing;
-    and so are a force off the response that takes longer than a record to beat with it once, and more drive.
+    and so are a force off the response that takes longer than a record to beat with it once, and more drive. Of what is
+    not the same in every record those alone count that tell: some are too short to show that anything is small.
     """
     last = len(fit.hypothesis.variants) - 1
     variant = fit.hypothesis.variants[last]
-    least = {DAMPING: NOTICED, DRIVE: NOTICED, FREQUENCY: CREEP}
+    least = {DAMPING: NOTICED, DRIVE: NOTICED, FREQUENCY: CREEP, REPEATED: REPEATS}
     sized = [(p, least[p.unit]) for p in variant.parameters if p.unit in least and not p.log]
     detuned = [p for p in variant.parameters if p.name == variant.scan == "detuning"]
     beating = [(p, _one_beat(p, fit.hypothesis.data.layout)) for p in detuned]
@@ -155,8 +165,12 @@ def log_noticeable(fit: FittedHypothesis) -> float:
             for name in ("location", "scale", "positive")
         )
         unit = np.concatenate([np.broadcast_to(noticed, p.size) for p, noticed in of])
-        posterior = _log_any_beyond(modes / unit, sds / unit, positive)
-        return posterior - _log_any_beyond(centres / unit, scales / unit, positive)
+        each = np.concatenate([np.full(p.size, p.unit == REPEATED) for p, _ in of])
+        tell = ~each | (sds < 0.5 * unit)
+        if not tell.any():
+            return -np.inf
+        posterior = _log_any_beyond((modes / unit)[tell], (sds / unit)[tell], positive[tell])
+        return posterior - _log_any_beyond((centres / unit)[tell], (scales / unit)[tell], positive[tell])
 
     return sum(gained(of) for of in (sized, beating) if of)
 

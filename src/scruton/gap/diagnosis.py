@@ -8,6 +8,7 @@ import numpy as np
 from scruton.campaign.schema import Campaign
 from scruton.dynamics import effects as catalogue
 from scruton.dynamics.effects import CATALOGUE
+from scruton.dynamics.effects.terms import Belongs
 from scruton.gap import thresholds
 from scruton.gap.attribute import Candidate, weigh
 from scruton.gap.check import Check, SecondLine, check, second_lines
@@ -245,8 +246,9 @@ def _judged(
         if ahead and rival and not _earned(leader, best, rivals[UNKNOWN], workers):
             gains[UNKNOWN] = gains[best.name] - thresholds.UNEARNED_NATS
         # A name whose model leaves records in wind that vary more in one part than in another, or a phase that can be
-        # foretold, is not sure.
-        refuted = mark.spread < thresholds.SPREADS or mark.phase < thresholds.FORETOLD
+        # foretold, is not sure; but a wind that drifts moves the frequency, too.
+        foretold = mark.phase < thresholds.FORETOLD and CATALOGUE[best.name].belongs is not Belongs.RUN
+        refuted = mark.spread < thresholds.SPREADS or foretold
         if rival and refuted and null.hypothesis.data.layout.wind.any():
             gains[UNKNOWN] = max(gains[UNKNOWN], gains[best.name] - thresholds.UNEARNED_NATS)
     gains[NONE] = 0.0

@@ -288,7 +288,11 @@ class Hypothesis:
         return self.laplace(u, fisher)
 
     def laplace(self, u: FloatArray, fisher: FloatArray) -> FittedHypothesis:
-        """Evidence from the optimum and the curvature there; a prior cut at zero counts by the posterior above it."""
+        """Evidence from the optimum and the curvature there; a prior cut at zero counts by the posterior above it.
+
+        Where the optimum lies below that zero the normal approximation has to hold as far as zero: the evidence is no
+        more than what it is from the posterior there.
+        """
         like, prior = (float(x[0]) for x in self.log_prob(u[None]))
         covariance = np.linalg.inv(fisher)
         _, logdet = np.linalg.slogdet(fisher)
@@ -296,6 +300,10 @@ class Hypothesis:
         sd = np.sqrt(np.diag(covariance))
         for where in (self.slices[p.key] for p in self.parameters if p.positive):
             evidence += float(np.sum(np.log(2.0) + log_ndtr(u[where] / sd[where])))
+        if (below := np.flatnonzero(self.positive & (u < 0.0))).size:
+            pull = np.linalg.solve(covariance[np.ix_(below, below)], -u[below])
+            there, prior_there = (float(x[0]) for x in self.log_prob((u + covariance[:, below] @ pull)[None]))
+            evidence += min(there + prior_there - 0.5 * float(u[below] @ pull) - (like + prior), 0.0)
         return FittedHypothesis(self, u, covariance, like, prior, evidence)
 
     def extended(self, *more: Variant) -> "Hypothesis":

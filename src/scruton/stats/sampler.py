@@ -29,7 +29,7 @@ from scruton.stats.optimum import find_optima
 from scruton.stats.posterior import Block, Posterior
 from scruton.stats.samples import Samples
 from scruton.stats.student_t import Conditional, Mixture, NoVolumeError, StudentT, conditional, fit_mixture
-from scruton.stats.thresholds import ADAPTATIONS, EARLY, FAR_BELOW, MET, OVERDISPERSED
+from scruton.stats.thresholds import ADAPTATIONS, EARLY, FAR_BELOW, LEAST_MORE, MET, OVERDISPERSED
 
 BURNT = 4  # one in so many steps of a run, its first, is not kept
 FIRST_CHUNK = 12  # steps; then as many as seem to be wanted, and at most as many as there were
@@ -194,19 +194,22 @@ def sample(
         total, rounds = (int(x) for x in stored["counts"])
         ensembles = _restore(stored, posterior.blocks)
     while True:
+        limit = settings.max_steps if total <= settings.max_steps else _extended(settings)
         if total:
             chain, log_prob = ensembles.kept()
             expected = effective_draws(chain)
             if progress:
                 progress(total, min(expected / settings.min_ess, 1.0))
             # The full verdict only where it may be good, or is the last.
-            last, more = total >= settings.max_steps, 1.0
+            last, more = total >= limit, 1.0
             if last or promising(chain, expected, settings):
                 acceptance = ensembles.accepted / ensembles.steps
                 verdict = judge(chain, log_prob, ensembles.count, acceptance, settings)
+                more = verdict.wanting(settings)
+                if total == settings.max_steps and more <= LEAST_MORE:  # what lacks next to nothing goes on
+                    last, limit = False, _extended(settings)
                 if last or verdict.converged:
                     break
-                more = verdict.wanting(settings)
             # A run that is soon long enough is not begun anew, nor one of which what is left would be the shorter part.
             left = total + ensembles.steps <= settings.max_steps
             late = more >= 1.0 and left and (rounds == EARLY or 2 * ensembles.steps >= total)
@@ -216,7 +219,7 @@ def sample(
         # Of a run that begins anew; what is kept of it is long enough to be judged.
         first = total if rounds < EARLY else max(total // 2, math.ceil(BURNT * settings.draws / (BURNT - 1)))
         chunk = max(FIRST_CHUNK, math.ceil(more * ensembles.steps) or first)
-        chunk = min(chunk, LARGEST_CHUNK, settings.max_steps - total)
+        chunk = min(chunk, LARGEST_CHUNK, limit - total)
         ensembles.advance(posterior.assess, chunk, settings)
         total += chunk
         if checkpoint:
@@ -225,6 +228,11 @@ def sample(
     chain, log_prob = (np.ascontiguousarray(array[:, pick]) for array in (chain, log_prob))
     walker = np.repeat(np.arange(ensembles.count), len(chain) // ensembles.count)
     return Samples(posterior.names, chain, log_prob, walker, verdict)
+
+
+def _extended(settings: SamplerSettings) -> int:
+    """Steps of a run that was nearly long enough at its limit."""
+    return math.ceil((1.0 + LEAST_MORE) * settings.max_steps)
 
 
 def _start(posterior: Posterior, settings: SamplerSettings, seed: np.random.SeedSequence) -> Ensembles:

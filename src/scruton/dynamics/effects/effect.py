@@ -307,6 +307,7 @@ class Effect:
 DAMPING = "of the relaxation damping"
 REFERENCE = "of the reference amplitude"
 DRIVE = "of the drive"
+REPEATED = "of the relaxation damping, from record to record"
 FREQUENCY = "of the frequency"
 AMPLITUDE = "A/D or rad"
 FACTOR = "ln of a factor"

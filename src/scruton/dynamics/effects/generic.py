@@ -11,6 +11,7 @@ from scruton.dynamics.effects.effect import (
     DAMPING_RATIO,
     DRIVE,
     FREQUENCY,
+    REPEATED,
     TENTHS,
     Effect,
     Extent,
@@ -47,11 +48,11 @@ _DIFFERS = {
 }
 _APART = 1.5  # of two releases, from which on decays tell time from amplitude: judged
 _DAMPS = adding(size=Term.STRUCTURAL)
-# Of springs that creep or warm; together of the weight of one form.
+# Of springs that creep or warm; together of the weight of one form. In still air as in the wind, for a wind that drifts
+# moves the frequency, too.
 _CREEPS = {
-    Extent.EVERYWHERE: (0.4, "alike in every record"),
-    Extent.EACH_RIG: (0.4, "of every rig by its own"),
-    Extent.EACH_RECORD: (0.2, "in every record by its own"),
+    Extent.EVERYWHERE: (0.5, "alike in every record"),
+    Extent.EACH_RIG: (0.5, "of every rig by its own"),
 }
 _PITCHES = adding(size=Term.FREQUENCY_TREND)
 _EXCESS = {f"hat{k}": Term.HAT + k for k in range(HATS)}
@@ -89,9 +90,8 @@ def _told(layout: Layout, shares: Mapping[Extent, tuple[float, str]]) -> list[Sc
         released = layout.largest[own & ~growing]
         both = released.size > 0 and bool(np.any(growing[own]))
         tells[own] = both or (released.size > 1 and released.max() > _APART * released.min())
-    each = (Extent.EACH_RIG, Extent.EACH_RECORD)
     found = [
-        replace(one, members=compact(np.where(tells, one.members, -1))) if one.extent in each else one
+        replace(one, members=compact(np.where(tells, one.members, -1))) if one.extent is Extent.EACH_RIG else one
         for one in scopes(layout, shares)
     ]
     return [one for one in found if np.any(tells & one.records)]
@@ -120,7 +120,7 @@ def _differing(layout: Layout) -> list[Variant]:
     """Structural damping that differs between records of a rig, in still air and in wind."""
     if len(layout.records) == np.unique(layout.rig).size:
         return []
-    return [sized("structural damping {scope}", _DAMPS, scope) for scope in scopes(layout, _DIFFERS)]
+    return [sized("structural damping {scope}", _DAMPS, scope, unit=REPEATED) for scope in scopes(layout, _DIFFERS)]
 
 
 def _creeping(layout: Layout) -> list[Variant]:
