@@ -159,7 +159,7 @@ def log_noticeable(fit: FittedHypothesis) -> float:
 
     def gained(of: Sequence[tuple[Parameter, FloatArray | float]]) -> float:
         """What is just noticeable stands beside each parameter."""
-        modes, sds = (np.concatenate(x) for x in zip(*(fit.value(p.name, last) for p, _ in of), strict=True))
+        modes, sds = (np.concatenate(x) for x in zip(*(_found(fit, p, last) for p, _ in of), strict=True))
         centres, scales, positive = (
             np.concatenate([np.broadcast_to(getattr(p, name), p.size) for p, _ in of])
             for name in ("location", "scale", "positive")
@@ -173,6 +173,18 @@ def log_noticeable(fit: FittedHypothesis) -> float:
         return posterior - _log_any_beyond((centres / unit)[tell], (scales / unit)[tell], positive[tell])
 
     return sum(gained(of) for of in (sized, beating) if of)
+
+
+def _found(fit: FittedHypothesis, parameter: Parameter, owner: int) -> tuple[FloatArray, FloatArray]:
+    """Mode and standard deviation; of what differs between records from the mean of its rig, which may be any."""
+    mode, sd = fit.value(parameter.name, owner)
+    if parameter.unit != REPEATED or parameter.size == 1:
+        return mode, sd
+    where, layout = fit.hypothesis.slices[owner, parameter.name], fit.hypothesis.data.layout
+    rig = np.array([layout.rig[parameter.members == g][0] for g in range(parameter.size)])
+    same = rig[:, None] == rig
+    about = np.eye(parameter.size) - same / same.sum(axis=1)
+    return about @ mode, np.sqrt(np.diag(about @ fit.covariance[where, where] @ about.T))
 
 
 def _one_beat(detuning: Parameter, layout: Layout) -> FloatArray:
