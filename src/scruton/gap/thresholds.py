@@ -29,7 +29,7 @@ SMALLEST = 0.025  # size of a further effect over the relaxation damping, below 
 NOTICED = 0.01
 CREEP = 0.005  # of the frequency over a record, likewise: warmth and wires change it by less, and it moves no amplitude
 # Of the relaxation damping, likewise, by which a record's structural damping differs from others of its rig: three per
-# cent of itself from record to record is ordinary. With 1 % five of eight campaigns with that were `unknown`.
+# cent of itself from record to record is ordinary. With 1 % four of eight campaigns with that were `unknown`.
 REPEATS = 0.1
 PAIRED = 3  # best single effects whose partners are sought where the generic term leads
 OWN_SHARE = 0.05  # of the gain of a pair, that each of it gains alone
