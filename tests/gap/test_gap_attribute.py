@@ -13,7 +13,7 @@ from scruton.calibrate.challenge.case import simulate_case
 from scruton.campaign.schema import Campaign
 from scruton.dynamics.effect_drift import effect_drift
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Term
-from scruton.dynamics.effects.effect import Extent, Parameter, size_prior
+from scruton.dynamics.effects.effect import FREQUENCY, Extent, Parameter, size_prior
 from scruton.dynamics.limit_cycle import limit_cycle_amplitude
 from scruton.gap import attribute, diagnosis
 from scruton.gap.attribute import Candidate, log_noticeable, weigh
@@ -193,6 +193,17 @@ def test_a_force_that_does_not_beat_with_the_response_is_more_drive(beats: float
     value = lambda *_: (np.array([beats / 400.0]), np.array([1e-4]))  # noqa: E731
     gained = log_noticeable(SimpleNamespace(hypothesis=hypothesis, value=value))  # type: ignore[arg-type]
     assert gained == pytest.approx(0.04, abs=0.01) if counts else gained < -5.0
+
+
+def test_a_force_is_noticed_by_its_size_and_not_by_where_it_beats() -> None:
+    """A detuning in units of the frequency counted as a size, beyond a creep's, and made up for a force of nothing."""
+    layout = SimpleNamespace(duration=np.array([50.0]), omega=np.array([2.0 * np.pi * 8.0]))
+    size = size_prior("size", np.zeros(1, dtype=int), positive=True)
+    detuning = Parameter("detuning", 0.0, 0.05, np.zeros(1, dtype=int), unit=FREQUENCY)
+    variant = SimpleNamespace(parameters=(size, detuning), scan="detuning")
+    hypothesis = SimpleNamespace(variants=[variant], data=SimpleNamespace(layout=layout))
+    value = lambda name, _: (np.array([0.05 if name == "detuning" else 1e-3]), np.array([1e-4]))  # noqa: E731
+    assert log_noticeable(SimpleNamespace(hypothesis=hypothesis, value=value)) < -5.0  # type: ignore[arg-type]
 
 
 def test_the_likelihood_has_a_slope_in_the_moment_of_a_jump() -> None:

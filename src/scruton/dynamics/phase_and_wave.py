@@ -9,7 +9,7 @@ from scruton.dynamics.reading import third_of_bend
 _GAIN, _R = int(Term.GAIN), int(Term.NOISE)
 _DET, _PQ = int(Term.DETUNING), int(Term.PHASE_SCATTER)
 _ST1, _ST2, _ST4 = int(Term.STIFFNESS_LINEAR), int(Term.STIFFNESS), int(Term.STIFFNESS_FOURTH)
-_TREND = int(Term.FREQUENCY_TREND)
+_CREEP = int(Term.FREQUENCY_TREND)
 _FW, _FS = int(Term.FRICTION_WIDTH), int(Term.FRICTION_SPRING)
 _H3, _H3R = int(Term.THIRD), int(Term.THIRD_NOISE)
 
@@ -29,7 +29,7 @@ def wander(x, y, omega, step):  # type: ignore[no-untyped-def]
 def creep(x, turned):  # type: ignore[no-untyped-def]
     """Move the phase on by what the frequency has changed by since the middle of the record."""
     for w in range(row.LANES):
-        x[row.ANGLE, w] += turned * x[_TREND, w]
+        x[row.ANGLE, w] += turned * x[_CREEP, w]
 
 
 @njit(cache=True)

@@ -153,7 +153,8 @@ def log_noticeable(fit: FittedHypothesis) -> float:
     last = len(fit.hypothesis.variants) - 1
     variant = fit.hypothesis.variants[last]
     least = {DAMPING: NOTICED, DRIVE: NOTICED, FREQUENCY: CREEP, REPEATED: REPEATS}
-    sized = [(p, least[p.unit]) for p in variant.parameters if p.unit in least and not p.log]
+    sizes = [p for p in variant.parameters if p.unit in least and not p.log and p.name != variant.scan]
+    sized = [(p, least[p.unit]) for p in sizes]
     detuned = [p for p in variant.parameters if p.name == variant.scan == "detuning"]
     beating = [(p, _one_beat(p, fit.hypothesis.data.layout)) for p in detuned]
 

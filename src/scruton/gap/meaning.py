@@ -7,7 +7,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE
-from scruton.dynamics.effects.effect import BENDS, FREQUENCY
+from scruton.dynamics.effects.effect import BENDS, DAMPING, DRIVE, FREQUENCY
 from scruton.dynamics.effects.terms import HATS, Belongs, Term
 from scruton.gap.attribute import best_of
 from scruton.gap.bands import discrepancy_of_the_unknown
@@ -238,11 +238,11 @@ def _of_generic(diagnosis: Diagnosis) -> tuple[float, str, np.ndarray]:
     own = np.abs(fit.table - without)
     own[:, Term.WARMING] *= -np.expm1(-own[:, Term.WARMING_PACE])
     if np.any(damping := own[:, [*_EXCESS, Term.STRUCTURAL, Term.WARMING]]):
-        each, what = (damping / layout.rate[:, None]).max(axis=1), "of the relaxation damping"
+        each, what = (damping / layout.rate[:, None]).max(axis=1), DAMPING
     elif np.any(own[:, Term.JUMP]):
-        each, what = own[:, Term.JUMP], "of the drive"
+        each, what = own[:, Term.JUMP], DRIVE
     elif np.any(own[:, Term.GUST]):
-        each, what = _over(fit.table[:, Term.GUST], fit.table[:, Term.DRIVE]), "of the drive"
+        each, what = _over(fit.table[:, Term.GUST], fit.table[:, Term.DRIVE]), DRIVE
     elif np.any(own[:, Term.FREQUENCY_TREND]):
         each, what = own[:, Term.FREQUENCY_TREND], FREQUENCY
     else:

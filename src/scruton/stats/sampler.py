@@ -193,8 +193,11 @@ def sample(
     else:
         total, rounds = (int(x) for x in stored["counts"])
         ensembles = _restore(stored, posterior.blocks)
+    limit = settings.max_steps
+    extended = math.ceil((1.0 + LEAST_MORE) * limit)  # of a run that was nearly long enough there
+    if total > limit:
+        limit = extended
     while True:
-        limit = settings.max_steps if total <= settings.max_steps else _extended(settings)
         if total:
             chain, log_prob = ensembles.kept()
             expected = effective_draws(chain)
@@ -207,7 +210,7 @@ def sample(
                 verdict = judge(chain, log_prob, ensembles.count, acceptance, settings)
                 more = verdict.wanting(settings)
                 if total == settings.max_steps and more <= LEAST_MORE:  # what lacks next to nothing goes on
-                    last, limit = False, _extended(settings)
+                    last, limit = False, extended
                 if last or verdict.converged:
                     break
             # A run that is soon long enough is not begun anew, nor one of which what is left would be the shorter part.
@@ -228,11 +231,6 @@ def sample(
     chain, log_prob = (np.ascontiguousarray(array[:, pick]) for array in (chain, log_prob))
     walker = np.repeat(np.arange(ensembles.count), len(chain) // ensembles.count)
     return Samples(posterior.names, chain, log_prob, walker, verdict)
-
-
-def _extended(settings: SamplerSettings) -> int:
-    """Steps of a run that was nearly long enough at its limit."""
-    return math.ceil((1.0 + LEAST_MORE) * settings.max_steps)
 
 
 def _start(posterior: Posterior, settings: SamplerSettings, seed: np.random.SeedSequence) -> Ensembles:

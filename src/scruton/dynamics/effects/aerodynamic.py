@@ -9,6 +9,7 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import (
     DAMPING_RATIO,
     FACTOR,
+    FREQUENCY,
     REFERENCE,
     Apply,
     Effect,
@@ -234,7 +235,7 @@ def _forced(layout: Layout) -> list[Variant]:
             size_prior("size", scope.members, positive=True),
             # A uniform phase: a normal prior whose density at its centre is 1/(2 pi).
             Parameter("phase", 0.0, np.sqrt(2.0 * np.pi), layout.each(scope.records), unit="rad"),
-            Parameter("detuning", 0.0, 0.05, scope.members, unit="of the frequency", starts=(0.03,)),
+            Parameter("detuning", 0.0, 0.05, scope.members, unit=FREQUENCY, starts=(0.03,)),
         )
         variants.append(Variant("{scope}", parameters, _shedding, scope, scope.weight, scan="detuning"))
     return variants
