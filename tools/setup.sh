@@ -84,3 +84,5 @@ export PIP_DISABLE_PIP_VERSION_CHECK
 echo "Installing what $lock lists (a few minutes the first time)"
 "$folder/bin/python" -m pip install --quiet --require-hashes -r "$lock"
 "$folder/bin/python" -m pip install --quiet --no-deps --no-build-isolation -e .
+# A machine may forbid Python to keep what it has compiled: then every command would compile the whole package anew.
+"$folder/bin/python" -m compileall -q src

@@ -52,7 +52,7 @@ class Coverage:
         return int(np.sum((self.low <= amplitude) & (amplitude <= self.high)))
 
     def growth(self, index: FloatArray, amplitude: FloatArray) -> FloatArray:
-        r"""Discrepancy of a new setting over that of a tested one, shaped as the arguments.
+        """Discrepancy of a new setting over that of a tested one, shaped as the arguments; see `variance`.
 
         Parameters
         ----------
@@ -60,6 +60,19 @@ class Coverage:
             Extrapolation index x from the nearest test.
         amplitude : array
             A/D or rad.
+        """
+        with np.errstate(divide="ignore"):
+            return np.sqrt(self.variance(np.abs(index), np.log(amplitude)))
+
+    def variance(self, distance: FloatArray, log_amplitude: FloatArray) -> FloatArray:
+        r"""Variance of a new setting over that of a tested one, shaped as the arguments.
+
+        Parameters
+        ----------
+        distance : array
+            |x| from the nearest test.
+        log_amplitude : array
+            Of A/D or rad.
 
         Notes
         -----
@@ -67,13 +80,9 @@ class Coverage:
         ln(amplitude) from the nearest one that the transients of a test run through.  A curve that starts from one
         test alone has that test's discrepancy in it, too.
         """
-        with np.errstate(divide="ignore"):
-            log = np.log(amplitude)
-        outside = (np.maximum(np.maximum(low - log, log - high), 0.0) for low, high in self._covered)
-        beyond = reduce(np.minimum, outside)
+        outside = (np.maximum(np.maximum(low - log_amplitude, log_amplitude - high), 0.0) for low, high in self._covered)
         settings = 1.0 if self.start is None else 2.0
-        variance = settings + WALK * np.minimum(np.abs(index) + beyond, FARTHEST)
-        return np.asarray(np.sqrt(variance))
+        return np.asarray(settings + WALK * np.minimum(distance + reduce(np.minimum, outside), FARTHEST))
 
 
 def coverage_of(tree: "xr.DataTree", tests: Sequence[str] | None = None) -> Coverage:

@@ -98,23 +98,25 @@ class SharedCurve:
         :math:`d\,\tau^2` (`Coverage.growth`); the one by the measured damping by that of the setting that it was
         measured at, :math:`\tau^2`, and its own, v.  Each is weighed by its precision.
         """
-        tau = self.discrepancy[:, None]
-        nothing = np.zeros(amplitude.shape)
+        tau, nothing = self.discrepancy[:, None], np.zeros(amplitude.shape)
         if self.coverage is None:
             return Setting(nothing, np.broadcast_to(tau, amplitude.shape), nothing)
         away, sc = np.full(amplitude.shape, np.inf), np.atleast_1d(scruton_numbers)
         for tested, relaxation in zip(self.coverage.passed, self._relaxation_at_tests, strict=True):
-            away = np.minimum(away, np.abs(extrapolation_index(sc, tested, relaxation)))
-        growth = self.coverage.growth(away, amplitude)
+            np.minimum(away, np.abs(extrapolation_index(sc, tested, relaxation)), out=away)
+        with np.errstate(divide="ignore"):
+            log = np.log(amplitude)
+        variance = self.coverage.variance(away, log)
         if self.measured is None or self.sample is None:
-            return Setting(nothing, np.asarray(tau * growth), nothing)
+            return Setting(nothing, tau * np.sqrt(variance), nothing)
         found, own = self.measured.log_amplitude(np.broadcast_to(sc, amplitude.shape), self.sample)
-        walk = growth**2 - 1.0
+        walk = variance - 1.0
         with np.errstate(divide="ignore", invalid="ignore"):
-            off = found - np.log(amplitude)
-            weight = np.where(np.isfinite(off), walk * tau**2 / ((walk + 1.0) * tau**2 + own), 0.0)
-        weight = np.nan_to_num(weight)  # without a discrepancy the laws hold everywhere
-        shift = weight * np.where(np.isfinite(off), off, 0.0)
+            off = found - log
+            weight = walk * tau**2 / (variance * tau**2 + own)
+            known = np.isfinite(off) & (weight > 0.0)  # without a discrepancy the laws hold everywhere
+            shift = np.where(known, weight * off, 0.0)
+        weight = np.where(known, weight, 0.0)
         return Setting(shift, tau * np.sqrt(1.0 + (1.0 - weight) ** 2 * walk + weight**2), weight)
 
     def predictive(self, scruton_numbers: FloatArray, z: FloatArray) -> FloatArray:

@@ -73,12 +73,12 @@ class LawFree:
         grid, log, variance = self._at_scruton_numbers
         if grid.size < 2:  # damping that does not vary with the amplitude, or is known at none
             return np.full(scruton_number.shape, np.nan), np.full(scruton_number.shape, np.nan)
-        with np.errstate(invalid="ignore"):
-            inside = (scruton_number >= grid[0]) & (scruton_number <= grid[-1])
         low = np.clip(np.searchsorted(grid, scruton_number, side="right") - 1, 0, grid.size - 2)
-        part = np.where(inside, (scruton_number - grid[low]) / (grid[low + 1] - grid[low]), np.nan)
-        rows = sample[:, None]
-        found = (1.0 - part) * log[rows, low] + part * log[rows, low + 1]
+        with np.errstate(invalid="ignore"):
+            part = (scruton_number - grid[low]) / (grid[low + 1] - grid[low])
+            part[~((scruton_number >= grid[0]) & (scruton_number <= grid[-1]))] = np.nan
+        at = low + grid.size * sample[:, None]  # in the draws end to end
+        found = (1.0 - part) * log.take(at) + part * log.take(at + 1)
         return np.asarray(found), np.asarray((1.0 - part) * variance[low] + part * variance[low + 1])
 
     @cached_property

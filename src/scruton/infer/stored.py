@@ -9,13 +9,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import h5py
 import numpy as np
 
 from scruton.infer.result_schema import SCHEMA, group_faults
 
 if TYPE_CHECKING:
-    import h5py
-
     from scruton.errors import InputError
 
 Refuse = Callable[[str], "InputError"]  # what is wrong with the file
@@ -73,10 +72,12 @@ class Values:
 class Group:
     """One group of the file, as laid out by `SCHEMA`; InputError where it is not."""
 
-    def __init__(self, group: "h5py.Group", refuse: Refuse) -> None:
+    def __init__(self, group: h5py.Group, refuse: Refuse) -> None:
         self._group = group
         self._refuse = refuse
         self._seen: dict[str, Values] = {}
+        # The library walks through the whole file for the name of a dimension that a variable refers to.
+        self._at = {h5py.h5o.get_info(one.id).addr: key for key, one in group.items()}
         name = group.name.strip("/")
         stored = {key: (self._dims(key), self._dtype(key)) for key in group if hasattr(group[key], "dtype")}
         wrong = group_faults(name, SCHEMA.get(name, ()), stored)
@@ -124,7 +125,7 @@ class Group:
         stored = self._group[name]
         if "DIMENSION_LIST" in stored.attrs:
             scales = (self._group[axis[0]] for axis in stored.attrs["DIMENSION_LIST"])
-            return tuple(scale.name.rpartition("/")[2] for scale in scales)
+            return tuple(self._at[h5py.h5o.get_info(scale.id).addr] for scale in scales)
         return (name,) if stored.shape else ()
 
 
@@ -148,8 +149,6 @@ class Stored:
     """
 
     def __init__(self, path: Path, refuse: Refuse) -> None:
-        import h5py
-
         try:
             self._file = h5py.File(path, "r")
         except OSError as error:

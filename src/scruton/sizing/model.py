@@ -39,8 +39,9 @@ SOURCES = {
     DETAILS: "details of the section",
 }
 TRANSFER = (TURBULENCE, REYNOLDS, DETAILS)
-_REPETITIONS = 25  # most take five; one in a thousand meets a bend of the distance
-_SETTLED, _LOOKS = 1e-10, (7, 12)  # change that is none, and repetitions after which draws without one are left alone
+_REPETITIONS = 25  # most take four; one in a thousand meets a bend of the distance
+_SETTLED, _LOOKS = 1e-10, (2, 3, 5, 8, 12)  # change that is none, and repetitions after which draws without one are left alone
+_FALLS = -0.3, -3.0  # slope of what one repetition moves, between which the line through the last two is followed
 _OWN = ("scale", "damping_ratio", "factor", "detuning", "discrepancy", "row")  # arrays of the draws
 _CUBES = 16  # kept, of 3 MB at most: every limit and mode asks for the same ones
 _BLOCKS = 64  # of the posterior's draws, between which Monte Carlo errors look for differences
@@ -288,22 +289,25 @@ class Draws:
         the setting lies off the curve depends a little on where it is: found by repetition.
         """
         with np.errstate(divide="ignore"):  # a coherence that comes out as zero keeps any limit
-            target = limit / self.scale
-        sc, on_curve = self.scruton_number(0.0), np.array(target)
-        left, rest = self, np.arange(len(self))  # draws that still move
+            target = np.log(limit / self.scale)
+        on_curve, rest, left = target.copy(), np.arange(len(self)), self  # those that still move
+        here, moved = on_curve, np.zeros(len(self))  # where they were before, and by how much one round moved them
         for k in range(_REPETITIONS):
-            setting = left.curve.setting(sc[rest, None], on_curve[rest, None])
-            on_curve[rest] = target[rest] * np.exp(-setting.off(left.discrepancy)[:, 0])
-            found = left._inverse(on_curve[rest])
-            before = sc[rest]
-            if k >= _LOOKS[0] and self.curve.measured is not None:
-                found = np.where(np.isfinite(before), 0.5 * (before + found), found)
-            sc[rest] = found
+            before = on_curve[rest]
+            sc = left._inverse(np.exp(before))[:, None]
+            found = target[rest] - left.curve.setting(sc, np.exp(before)[:, None]).off(left.discrepancy)[:, 0]
+            with np.errstate(invalid="ignore", divide="ignore"):  # infinite ones stay what they are
+                moves = found - before
+                still = np.abs(moves) > _SETTLED
+                slope = (moves - moved) / (before - here)
+                straight = still & (slope < _FALLS[0]) & (slope > _FALLS[1]) & bool(k)
+                on_curve[rest] = np.where(straight, before - moves / slope, found)
+            here, moved = before, moves
+            if not still.any():
+                break
             if k in _LOOKS and self.span is None:
-                with np.errstate(invalid="ignore"):  # infinite ones stay what they are
-                    moves = ~((found == before) | (np.abs(found - before) <= _SETTLED * np.abs(found)))
-                rest, left = rest[moves], left.only(moves)
-        return np.asarray(sc / self.factor - self.damping_ratio)
+                rest, left, here, moved = rest[still], left.only(still), here[still], moved[still]
+        return np.asarray(self._inverse(np.exp(on_curve)) / self.factor - self.damping_ratio)
 
     def only(self, kept: BoolArray) -> "Draws":
         """These draws alone, where the curve is that of the section."""

@@ -247,13 +247,31 @@ def contents(figure: "Figure | FigureWithCaption", formats: Sequence[str] = FORM
 
 
 @contextmanager
+def labels_by_themselves(figure: "Figure") -> Iterator[None]:
+    """Leave labels unaligned while panels are placed: none takes more room than the widest of its row or column.
+
+    Where each is to stand beside all others every one of them is measured once for each.
+    """
+    from matplotlib.cbook import Grouper
+
+    groups: Any = figure
+    aligned = groups._align_label_groups
+    groups._align_label_groups = {axis: Grouper() for axis in aligned}
+    try:
+        yield
+    finally:
+        groups._align_label_groups = aligned
+
+
+@contextmanager
 def laid_out_once(figure: "Figure") -> Iterator[None]:
     """Lay out before the first file rather than before each: many panels take a second."""
     engine, dpi = figure.get_layout_engine(), figure.dpi
     figure.dpi = DOTS_PER_INCH
     plain_numbers(figure)
     if engine is not None:
-        engine.execute(figure)
+        with labels_by_themselves(figure):
+            engine.execute(figure)
     figure.set_layout_engine(None)  # "none" leaves a placeholder, for which every file is drawn twice
     try:
         yield
