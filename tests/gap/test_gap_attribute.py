@@ -278,3 +278,17 @@ def test_a_wake_that_lags_slows_growth_or_hastens_it(form: str, sign: float) -> 
     assert memory.size.read(row[None], without[None], station)[0] == pytest.approx(added, rel=0.2)
     assert np.sign(added) == sign
     assert limit_cycle_amplitude(row[None], None, stable)[0] == pytest.approx(stable, rel=1e-6)  # it moves none
+
+
+def test_variants_are_screened_side_by_side_as_one_by_one() -> None:
+    """What an effect's variants promise does not depend on which others go through the filter with them."""
+    null, _ = null_of(5101, 14, "fluid_memory", 0.1)
+    screen = Screen(null)
+    for name in ("fluid_memory", "coulomb_friction", "structural_damping_nonlinearity"):
+        together = screen.tests(CATALOGUE[name])
+        alone = [screen.run(screen._test(test.variant)) for test in together]
+        assert len(together) > 1
+        np.testing.assert_allclose([t.gain for t in together], [t.gain for t in alone], rtol=1e-9, atol=1e-9)
+        for one, other in zip(together, alone, strict=True):
+            assert one.variant.label == other.variant.label
+            assert all(np.array_equal(one.start[key], other.start[key]) for key in one.start)

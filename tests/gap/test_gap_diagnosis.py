@@ -98,7 +98,7 @@ def test_a_promise_is_the_gain_of_a_small_effect(clean):
     data, null = fit_null(load_gap(campaign))
     screen = Screen(null)
     variant = CATALOGUE["structural_damping_nonlinearity"].variants(data.layout)[0]
-    promise = screen.linear(variant)
+    promise = screen.run(screen.linear(variant))
     hypothesis = null.hypothesis.extended(variant)
     fitted = hypothesis.fit(hypothesis.start_from(null.mode, promise.start))
     gained = fitted.log_evidence - null.log_evidence

@@ -100,8 +100,10 @@ class _Tangent:
         self.v, log_s, jv, _ = hypothesis.derivatives(u)
         self.root = np.exp(-0.5 * log_s) if root is None else root
         self.j = np.zeros((hypothesis.size, self.root.size))
-        for cycles, rows, where in hypothesis.blocks:
-            self.j[np.ix_(where, cycles)] = jv[np.ix_(rows, cycles)] * self.root[cycles]
+        channels = self.j.reshape(hypothesis.size, 3, -1)
+        for block in hypothesis.blocks:
+            own = block.told(jv) * block.of(self.root)
+            channels[block.where, :, block.cycles] = own.reshape(len(own), 3, -1)
         self.fisher = self.j @ self.j.T
         self.fisher += np.diag(1.0 / hypothesis.prior[1] ** 2)
 

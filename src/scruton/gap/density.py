@@ -129,9 +129,9 @@ def density(known: NormalPosterior, records: np.ndarray) -> RecordDensity:
     """
     part = restricted(known.hypothesis, records)
     blocks = [part.blocks[r] for r in np.flatnonzero(records)]
-    where = np.unique(np.concatenate([coordinates for _, _, coordinates in blocks]))
+    where = np.unique(np.concatenate([block.where for block in blocks]))
     free = known.covariance[where, where] > 0.0
-    inside, block = where[free], np.ix_(free, free)
+    inside, of_free = where[free], np.ix_(free, free)
     prior = known.covariance[np.ix_(inside, inside)]
     precision = np.linalg.inv(prior)
     at_stated = np.array(sorted(set(known.stated) & set(where.tolist())), dtype=np.intp)
@@ -153,14 +153,14 @@ def density(known: NormalPosterior, records: np.ndarray) -> RecordDensity:
         gradient, fisher = np.zeros(u.size), np.zeros((u.size, u.size))
         v, log_s, weight = part.add_scores(u, gradient, fisher)
         misfit = v * v * weight + log_s
-        likes = np.array([-0.5 * float(np.sum(misfit[cycles] + _LOG_2PI)) for cycles, _, _ in blocks])
+        likes = np.array([-0.5 * float(np.sum(block.of(misfit) + _LOG_2PI)) for block in blocks])
         gradient[at_stated] -= u[at_stated] / stated_sd**2
         fisher[at_stated, at_stated] += 1.0 / stated_sd**2
         away = u[inside] - known.mean[inside]
         pull = precision @ away
         value = float(np.sum(likes)) - 0.5 * float(away @ pull) + float(statement(u[None])[0])
         fisher = fisher[np.ix_(where, where)]
-        return value, gradient[inside] - pull, fisher[block] + precision, fisher, likes
+        return value, gradient[inside] - pull, fisher[of_free] + precision, fisher, likes
 
     starts = np.array([known.mean, known.mean])
     starts[1, inside] = known.start[inside]

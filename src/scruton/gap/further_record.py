@@ -185,11 +185,11 @@ def separation(truth: tuple[Hypothesis, FloatArray], rival: FittedHypothesis, re
         v, log_s, jv, _ = informed.derivatives(w)
         predicted, _ = channel_innovations(channels, extended.table(u[None]))
         residual = (v - predicted[0]) * np.exp(-0.5 * log_s)
-        _, rows, where = informed.blocks[-1]
-        j = jv[rows] * np.exp(-0.5 * log_s)
+        block = informed.blocks[-1]
+        j = jv[block.rows] * np.exp(-0.5 * log_s)
     if not (np.isfinite(residual).all() and np.isfinite(j).all()):
         raise LookupError(f"{record.text}: no finite prediction")
     inner = j @ j.T
-    prior = covariance[np.ix_(where, where)]
-    bend = prior @ np.linalg.solve(np.eye(len(where)) + inner @ prior, j @ residual)
+    prior = covariance[block.square]
+    bend = prior @ np.linalg.solve(np.eye(len(j)) + inner @ prior, j @ residual)
     return float(np.sqrt(max(residual @ residual - residual @ (j.T @ bend), 0.0)))

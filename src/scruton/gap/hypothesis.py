@@ -104,6 +104,30 @@ class FittedHypothesis:
 
 
 @dataclass(frozen=True, eq=False)
+class Block:
+    """One record: its cycles in every channel, the parameters that it takes, and the coordinates of these."""
+
+    cycles: slice
+    rows: np.ndarray
+    where: np.ndarray
+
+    @cached_property
+    def square(self) -> tuple[np.ndarray, ...]:
+        """Its coordinates with each other."""
+        return np.ix_(self.where, self.where)
+
+    def of(self, values: FloatArray) -> FloatArray:
+        """What belongs to the record of values (..., 3 N), all channels end to end."""
+        shape = values.shape[:-1]
+        return np.asarray(values.reshape(*shape, 3, -1)[..., self.cycles].reshape(*shape, -1))
+
+    def told(self, slopes: FloatArray) -> FloatArray:
+        """What belongs to the record of derivatives (P, 3 N), by the parameters that it takes."""
+        own = slopes.reshape(len(slopes), 3, -1)[..., self.cycles]
+        return np.asarray((own if self.rows.size == len(own) else own[self.rows]).reshape(self.rows.size, -1))
+
+
+@dataclass(frozen=True, eq=False)
 class Hypothesis:
     """The null model and some variants of effects."""
 
@@ -230,16 +254,21 @@ class Hypothesis:
             moves[i, where] = scale[where]
         v, s = self.innovations(np.concatenate([u[None], u + moves]))
         s = np.log(s)
-        width = np.r_[scale, 1.0][self.places][:, np.tile(channels.record, 3)]
-        return v[0], s[0], (v[1:] - v[0]) / width, (s[1:] - s[0]) / width
+        width = np.r_[scale, 1.0][self.places][:, channels.record]
+        jv, js = v[1:] - v[0], s[1:] - s[0]
+        for each in (jv, js):  # in all three channels
+            each.reshape(count, 3, -1)[...] /= width[:, None, :]
+        return v[0], s[0], jv, js
 
     @cached_property
-    def blocks(self) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]:
-        """For every record: its cycles in all channels, the parameters that it takes, and their coordinates."""
-        record, blocks = np.tile(self.data.channels.record, 3), []
-        for r, coordinates in enumerate(self.places.T):
+    def blocks(self) -> tuple[Block, ...]:
+        """Every record's."""
+        record = self.data.channels.record
+        ends = np.searchsorted(record, np.arange(len(self.data.layout.records) + 1))
+        blocks = []
+        for coordinates, low, high in zip(self.places.T, ends[:-1], ends[1:], strict=True):
             rows = np.flatnonzero(coordinates >= 0)
-            blocks.append((np.flatnonzero(record == r), rows, coordinates[rows]))
+            blocks.append(Block(slice(int(low), int(high)), rows, coordinates[rows]))
         return tuple(blocks)
 
     def add_scores(
@@ -252,10 +281,10 @@ class Hypothesis:
         v, log_s, jv, js = self.derivatives(u)
         weight = np.exp(-log_s)
         pull, spread = v * weight, 1.0 - v * v * weight
-        for cycles, rows, where in self.blocks:
-            a, b = jv[np.ix_(rows, cycles)], js[np.ix_(rows, cycles)]
-            gradient[where] -= a @ pull[cycles] + 0.5 * b @ spread[cycles]
-            fisher[np.ix_(where, where)] += (a * weight[cycles]) @ a.T + 0.5 * b @ b.T
+        for block in self.blocks:
+            a, b = block.told(jv), block.told(js)
+            gradient[block.where] -= a @ block.of(pull) + 0.5 * b @ block.of(spread)
+            fisher[block.square] += (a * block.of(weight)) @ a.T + 0.5 * b @ b.T
         return v, log_s, weight
 
     def scores(self, u: FloatArray) -> tuple[float, FloatArray, FloatArray]:

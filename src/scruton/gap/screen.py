@@ -1,7 +1,12 @@
-"""Score tests from one optimum: which variants of an effect are worth a fit, and from where."""
+"""Score tests from one optimum: which variants of an effect are worth a fit, and from where.
 
-from collections.abc import Callable, Mapping, Sequence
+A test is a generator that yields the coefficients which it wants to see filtered, and is sent innovations and
+variances: those of many variants go through the filter side by side.
+"""
+
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from math import comb
 from typing import NamedTuple
 
@@ -20,6 +25,10 @@ _PROBE = 1e-3
 _MOMENTS = np.arange(0.15, 0.86, 0.05)
 _DETUNINGS = np.concatenate([np.arange(-MOST_DETUNING, -0.0045, 0.001), np.arange(0.005, MOST_DETUNING + 1e-4, 0.001)])
 _ABOUT = (-2.0, -1.2, -0.5, 0.0, 0.5, 1.2)  # standard deviations of a prior
+_AT_ONCE = 64  # points of tests whose filters run side by side, or those of one test where it has more
+
+# Tables of coefficients (W, R, COLUMNS); innovations and variances, (W, 3 N) each; what is found in the end.
+type Asking[Found] = Generator[FloatArray, tuple[FloatArray, FloatArray], Found]
 
 
 class ScoreTest(NamedTuple):
@@ -35,6 +44,34 @@ def first_starts(variant: Variant) -> dict[str, FloatArray]:
     return {p.name: np.full(p.size, p.starts[0]) for p in variant.parameters}
 
 
+def side_by_side[Found](askings: Sequence[Asking[Found]]) -> Asking[list[Found]]:
+    """What several tests find, in their order; what they ask for is asked together."""
+    found: dict[int, Found] = {}
+    wanted: dict[int, FloatArray] = {}
+
+    def go_on(k: int, told: tuple[FloatArray, FloatArray] | None) -> None:
+        try:
+            wanted[k] = next(askings[k]) if told is None else askings[k].send(told)
+        except StopIteration as end:
+            found[k] = end.value
+
+    for k in range(len(askings)):
+        go_on(k, None)
+    while wanted:
+        turn: dict[int, FloatArray] = {}
+        for k in sorted(wanted):
+            if turn and sum(map(len, turn.values())) + len(wanted[k]) > _AT_ONCE:
+                break
+            turn[k] = wanted.pop(k)
+        v, s = yield np.concatenate(list(turn.values()))
+        first = 0
+        for k, tables in turn.items():
+            own = slice(first, first + len(tables))
+            go_on(k, (v[own], s[own]))
+            first += len(tables)
+    return [found[k] for k in range(len(askings))]
+
+
 class Screen:
     """Score tests from one optimum, that of the hypothesis that variants are added to."""
 
@@ -48,29 +85,46 @@ class Screen:
 
     def tests(self, effect: Effect) -> list[ScoreTest]:
         """Screen every variant of an effect."""
-        return [self._test(variant) for variant in effect.variants(self.data.layout)]
+        return self.run(side_by_side([self._test(variant) for variant in effect.variants(self.data.layout)]))
 
-    def _test(self, variant: Variant) -> ScoreTest:
+    def run[Found](self, asking: Asking[Found]) -> Found:
+        """Filter what is asked for until something is found."""
+        try:
+            tables = next(asking)
+            while True:
+                tables = asking.send(self._filtered(tables))
+        except StopIteration as end:
+            found: Found = end.value
+            return found
+
+    def _filtered(self, tables: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Innovations and variances of tables; the base goes first, so that what they share is not redone."""
+        v, s = channel_innovations(self.data.channels, np.concatenate([self.table[None], tables]))
+        return v[1:], s[1:]
+
+    def _test(self, variant: Variant) -> Asking[ScoreTest]:
         alone = len(variant.parameters) == 1 and variant.parameters[0].log
         if variant.scan in ("moment", "detuning"):
             test = self.scan(variant)
         elif variant.scan:
-            test = self.along(variant)
+            test = yield from self.along(variant)
         else:
-            test = self.direct(variant, variant.parameters[0]) if alone else self.linear(variant)
+            test = yield from (self.direct(variant, variant.parameters[0]) if alone else self.linear(variant))
         return test._replace(gain=test.gain + variant.seen)
 
-    def _innovations(
-        self, variant: Variant, points: Sequence[Mapping[str, FloatArray]]
-    ) -> tuple[FloatArray, FloatArray]:
-        """Innovations and variances with a variant; the base goes first, so that what they share is not redone."""
-        tables = np.repeat(self.table[None], len(points) + 1, axis=0)
-        for i, values in enumerate(points, 1):
+    def _tables(self, variant: Variant, points: Sequence[Mapping[str, FloatArray]]) -> FloatArray:
+        """The base with a variant at some values."""
+        tables = np.repeat(self.table[None], len(points), axis=0)
+        for i, values in enumerate(points):
             variant.apply(tables[i : i + 1], values, self.data.layout)
-        v, s = channel_innovations(self.data.channels, tables)
-        return v[1:], s[1:]
+        return tables
 
-    def linear(self, variant: Variant) -> ScoreTest:
+    @cached_property
+    def _told(self) -> list[tuple[FloatArray, FloatArray]]:
+        """What each record tells of the base's parameters: derivatives of innovations and log variances."""
+        return [(block.told(self.jv), block.told(self.js)) for block in self.hypothesis.blocks]
+
+    def linear(self, variant: Variant) -> Asking[ScoreTest]:
         """Laplace gain of a variant, the parameters of the base re-optimised to second order.
 
         Where further parameters shape the first one, they are held where their search begins; what they do by
@@ -80,7 +134,8 @@ class Screen:
         tested = variant.parameters[:1] if shaped else variant.parameters
         held = {p.name: _in_records(p, np.exp(p.starts[0]) if p.log else p.starts[0]) for p in variant.parameters}
         still = [held | {p.name: _in_records(p, 0.0) for p in tested}] if shaped else []
-        v, s = self._innovations(variant, [*still, *(held | {p.name: _in_records(p, _NUDGE)} for p in tested)])
+        points = [*still, *(held | {p.name: _in_records(p, _NUDGE)} for p in tested)]
+        v, s = yield self._tables(variant, points)
         v0, log_s0, weight, spread, alone = self.v, self.log_s, self.weight, self.spread, 0.0
         if shaped:
             v0, log_s0, v, s = v[0], np.log(s[0]), v[1:], s[1:]
@@ -92,16 +147,16 @@ class Screen:
         first = np.cumsum([0, *(p.size for p in tested)])
         score, curvature = np.zeros(scales.size), np.diag(1.0 / scales**2)
         mixed = np.zeros((scales.size, self.base.mode.size))
-        for r, (cycles, rows, where) in enumerate(self.hypothesis.blocks):
+        for r, (block, (c, e)) in enumerate(zip(self.hypothesis.blocks, self._told, strict=True)):
             active = [i for i, p in enumerate(tested) if p.members[r] >= 0]
             if not active:
                 continue
             place = np.array([first[i] + tested[i].members[r] for i in active])
-            a, b, w = dv[np.ix_(active, cycles)], ds[np.ix_(active, cycles)], weight[cycles]
-            score[place] -= (a * w) @ v0[cycles] + 0.5 * b @ spread[cycles]
-            curvature[np.ix_(place, place)] += (a * w) @ a.T + 0.5 * b @ b.T
-            c, e = self.jv[np.ix_(rows, cycles)], self.js[np.ix_(rows, cycles)]
-            mixed[np.ix_(place, where)] += (a * w) @ c.T + 0.5 * b @ e.T
+            a, b = block.of(dv)[active], block.of(ds)[active]
+            aw = a * block.of(weight)
+            score[place] -= aw @ block.of(v0) + 0.5 * b @ block.of(spread)
+            curvature[np.ix_(place, place)] += aw @ a.T + 0.5 * b @ b.T
+            mixed[np.ix_(place, block.where)] += aw @ c.T + 0.5 * b @ e.T
         schur = curvature - mixed @ self.base.covariance @ mixed.T
         schur = 0.5 * (schur + schur.T)
 
@@ -116,17 +171,18 @@ class Screen:
             found = gain(np.arange(scales.size))
         return ScoreTest(variant, alone + found, first_starts(variant))
 
-    def along(self, variant: Variant) -> ScoreTest:
+    def along(self, variant: Variant) -> Asking[ScoreTest]:
         """Test of a variant with many optima in a parameter that records share: the best of its starts."""
-        tests = []
         starts = next(p.starts for p in variant.parameters if p.name == variant.scan)
-        for start in starts:
-            held = (replace(p, starts=(start,)) if p.name == variant.scan else p for p in variant.parameters)
-            tests.append(self.linear(replace(variant, parameters=tuple(held))))
+        held = [
+            [replace(p, starts=(start,)) if p.name == variant.scan else p for p in variant.parameters]
+            for start in starts
+        ]
+        tests = yield from side_by_side([self.linear(replace(variant, parameters=tuple(one))) for one in held])
         best = max(tests, key=lambda test: test.gain)
         return ScoreTest(variant, best.gain - float(np.log(len(starts))), best.start)
 
-    def direct(self, variant: Variant, parameter: Parameter) -> ScoreTest:
+    def direct(self, variant: Variant, parameter: Parameter) -> Asking[ScoreTest]:
         """Test of a variant of one positive parameter: the likelihood along a grid, and where the base then follows.
 
         Records tell of their own value alone, so that each is sought by itself: what acts in some is found in those.
@@ -134,7 +190,7 @@ class Screen:
         """
         about = (float(parameter.location + parameter.scale * x) for x in _ABOUT)
         grid = np.array(sorted({*parameter.starts, *about}))
-        v, s = self._innovations(variant, [{parameter.name: _in_records(parameter, np.exp(at))} for at in grid])
+        v, s = yield self._tables(variant, [{parameter.name: _in_records(parameter, np.exp(at))} for at in grid])
         with np.errstate(all="ignore"):
             ratio = -0.5 * (v * v / s + np.log(s) - self.v * self.v * self.weight - self.log_s)
         of_cycle = np.tile(parameter.members[self.data.channels.record], 3)
@@ -144,24 +200,24 @@ class Screen:
         gain = float(value.max(axis=1).sum())
         found = {parameter.name: grid[best]}
         if np.isfinite(gain):
-            gain = max(gain, self._followed(variant, parameter, grid[best]))
+            followed = yield from self._followed(variant, parameter, grid[best])
+            gain = max(gain, followed)
         return ScoreTest(variant, gain, found)
 
-    def _followed(self, variant: Variant, parameter: Parameter, at: FloatArray) -> float:
+    def _followed(self, variant: Variant, parameter: Parameter, at: FloatArray) -> Asking[float]:
         """Gain in log posterior of a variant where the base has made one step of scoring with it."""
         values = {parameter.name: np.where(parameter.members >= 0, np.exp(at)[parameter.members], 0.0)[None]}
-        v, s = (x[0] for x in self._innovations(variant, [values]))
+        v, s = yield self._tables(variant, [values])
+        v, s = v[0], s[0]
         first, second = v / s - self.v * self.weight, 0.5 * (1.0 - v * v / s - self.spread)
         pull = np.zeros(self.base.mode.size)
-        for cycles, rows, where in self.hypothesis.blocks:
-            pull[where] -= (
-                self.jv[np.ix_(rows, cycles)] @ first[cycles] + self.js[np.ix_(rows, cycles)] @ second[cycles]
-            )
+        for block, (c, e) in zip(self.hypothesis.blocks, self._told, strict=True):
+            pull[block.where] -= c @ block.of(first) + e @ block.of(second)
         moved = (self.base.mode + self.base.covariance @ pull)[None]
         table = self.hypothesis.table(moved)
         variant.apply(table, values, self.data.layout)
+        v, s = yield table
         with np.errstate(all="ignore"):
-            v, s = channel_innovations(self.data.channels, table)
             like = -0.5 * float(np.sum(v * v / s + np.log(s) - self.v * self.v * self.weight - self.log_s))
         gain = like + float(self.hypothesis.log_prior(moved)[0]) - self.base.log_prior
         return gain if np.isfinite(gain) else -np.inf
@@ -224,17 +280,18 @@ class Screen:
                 for at in part
                 for _, values in probes
             ]
-            v, s = self._innovations(variant, points)
+            v, s = self._filtered(self._tables(variant, points))
             jv, js = (v - self.v) / _PROBE, (np.log(s) - self.log_s) / _PROBE
             for i, at in enumerate(part):
                 rows = slice(i * len(probes), (i + 1) * len(probes))
                 for r in np.flatnonzero(layout.wind):
                     if variant.scan == "detuning" and abs(at) * beats[r] < FEWEST_BEATS:
                         continue
-                    cycles = self.hypothesis.blocks[r][0]
-                    a, b, w = jv[rows, cycles], js[rows, cycles], self.weight[cycles]
-                    scores[begin + i, r] = -(a * w) @ self.v[cycles] - 0.5 * b @ self.spread[cycles]
-                    curvatures[begin + i, r] = (a * w) @ a.T + 0.5 * b @ b.T
+                    block = self.hypothesis.blocks[r]
+                    a, b = block.of(jv[rows]), block.of(js[rows])
+                    aw = a * block.of(self.weight)
+                    scores[begin + i, r] = -aw @ block.of(self.v) - 0.5 * b @ block.of(self.spread)
+                    curvatures[begin + i, r] = aw @ a.T + 0.5 * b @ b.T
                     seen[begin + i, r] = True
         return grid, scores, curvatures, seen
 

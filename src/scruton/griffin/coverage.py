@@ -80,7 +80,8 @@ class Coverage:
         ln(amplitude) from the nearest one that the transients of a test run through.  A curve that starts from one
         test alone has that test's discrepancy in it, too.
         """
-        outside = (np.maximum(np.maximum(low - log_amplitude, log_amplitude - high), 0.0) for low, high in self._covered)
+        at = log_amplitude
+        outside = (np.maximum(np.maximum(low - at, at - high), 0.0) for low, high in self._covered)
         settings = 1.0 if self.start is None else 2.0
         return np.asarray(settings + WALK * np.minimum(distance + reduce(np.minimum, outside), FARTHEST))
 

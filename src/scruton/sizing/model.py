@@ -40,7 +40,8 @@ SOURCES = {
 }
 TRANSFER = (TURBULENCE, REYNOLDS, DETAILS)
 _REPETITIONS = 25  # most take four; one in a thousand meets a bend of the distance
-_SETTLED, _LOOKS = 1e-10, (2, 3, 5, 8, 12)  # change that is none, and repetitions after which draws without one are left alone
+_SETTLED = 1e-10  # change that is none
+_LOOKS = (2, 3, 5, 8, 12)  # repetitions after which draws without one are left alone
 _FALLS = -0.3, -3.0  # slope of what one repetition moves, between which the line through the last two is followed
 _OWN = ("scale", "damping_ratio", "factor", "detuning", "discrepancy", "row")  # arrays of the draws
 _CUBES = 16  # kept, of 3 MB at most: every limit and mode asks for the same ones
