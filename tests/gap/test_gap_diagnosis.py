@@ -105,6 +105,17 @@ def test_a_promise_is_the_gain_of_a_small_effect(clean):
     assert 0.5 * gained < promise.gain < 1.3 * gained
 
 
+def test_gusts_are_found_that_turbulence_would_explain_worse(monkeypatch):
+    """Twelve nats worse, which an effect would gain whose fit comes upon them."""
+    campaign, _ = simulate_case(77, 26, None, 0.0, gusts=(0.04, 0.08), turbulence=(0.005, 0.01))
+    _, null = fit_null(load_gap(campaign))
+    monkeypatch.setattr(diagnosis, "_in_gusts", lambda fit: fit)
+    _, without = fit_null(load_gap(campaign))
+    assert null.log_evidence > without.log_evidence + 5.0
+    gusts = null.hypothesis.slices[None, "gust_scatter"]
+    assert (null.mode[gusts] > without.mode[gusts] + 1.0).any()
+
+
 def test_no_effect_is_called_none(clean):
     campaign, _, _ = clean
     found = diagnose(campaign)
