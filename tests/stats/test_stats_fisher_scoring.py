@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scruton.stats.fisher_scoring import climb
+from scruton.stats.fisher_scoring import _learnt, _solved, climb
 
 CENTRE, WIDTH = np.array([1.0, -2.0, 0.5]), np.array([0.1, 1.0, 3.0])
 
@@ -56,3 +56,12 @@ def test_a_limit_holds_in_every_step():
     steps = np.abs(np.diff(seen, axis=0))
     assert len(steps) > 2
     assert steps.max() <= 0.25 + 1e-12
+
+
+def test_a_curvature_that_vanishes_or_a_gradient_that_is_none_stops_no_climb():
+    """From there on the information alone is followed."""
+    assert np.array_equal(_solved(np.zeros((2, 2)), np.ones(2), np.array([3.0, 4.0])), [3.0, 4.0])
+    beside = np.eye(2)
+    assert _learnt(beside, np.array([1.0, 0.0]), np.array([np.nan, 0.0])) is beside
+    assert _learnt(beside, np.array([1.0, 0.0]), np.array([1.0, 0.0])) is beside
+    np.testing.assert_allclose(_learnt(beside, np.array([2.0, 0.0]), np.array([6.0, 0.0])), [[3.0, 0.0], [0.0, 1.0]])

@@ -62,7 +62,7 @@ def climb[Scores: tuple[Any, ...]](
         steps = [np.linalg.solve(information + m * ridge, gradient) for m in dampings]
         if damping == 0.0 and 0.5 * float(gradient @ steps[0]) < tolerance:
             break  # what a full step would gain
-        bent = np.linalg.solve(information + beside, gradient)
+        bent = _solved(information + beside, gradient, steps[0])
         if limit is not None:
             longest = limit(u)
             steps, bent = [np.clip(s, -longest, longest) for s in steps], np.clip(bent, -longest, longest)
@@ -92,6 +92,15 @@ def _learnt(beside: FloatArray, step: FloatArray, missing: FloatArray) -> FloatA
     """Curvature beside the information, once a step has shown that `missing` of the change of the gradient."""
     wrong = missing - beside @ step
     along = float(wrong @ step)
-    if abs(along) < 1e-8 * float(np.linalg.norm(wrong) * np.linalg.norm(step)):
-        return beside
-    return np.asarray(beside + np.outer(wrong, wrong) / along)
+    # Where one is at right angles to the other, or the gradient is none, there is nothing to learn.
+    if np.isfinite(along) and abs(along) > 1e-8 * float(np.linalg.norm(wrong) * np.linalg.norm(step)):
+        beside = beside + np.outer(wrong, wrong) / along
+    return beside
+
+
+def _solved(curvature: FloatArray, gradient: FloatArray, otherwise: FloatArray) -> FloatArray:
+    """The step to where the gradient vanishes; another where the curvature is that of no optimum at all."""
+    try:
+        return np.linalg.solve(curvature, gradient)
+    except np.linalg.LinAlgError:
+        return otherwise
