@@ -15,7 +15,7 @@ from scruton.gap.check import SecondLine
 from scruton.gap.data import GapData
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.further_record import FurtherRecord, separation
-from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
+from scruton.gap.hypothesis import FittedHypothesis, Hypothesis, by_channel
 from scruton.gap.meaning import known_by_lines, lines_words, strange_lines
 from scruton.gap.speeds import DRIFT, SETTING
 from scruton.gap.thresholds import BLIND, COSTS, FAR_MORE_PROBABLE, WANTED
@@ -100,10 +100,9 @@ class _Tangent:
         self.v, log_s, jv, _ = hypothesis.derivatives(u)
         self.root = np.exp(-0.5 * log_s) if root is None else root
         self.j = np.zeros((hypothesis.size, self.root.size))
-        channels = self.j.reshape(hypothesis.size, 3, -1)
+        j = by_channel(self.j)
         for block in hypothesis.blocks:
-            own = block.told(jv) * block.of(self.root)
-            channels[block.where, :, block.cycles] = own.reshape(len(own), 3, -1)
+            j[block.where, :, block.cycles] = by_channel(block.told(jv) * block.of(self.root))
         self.fisher = self.j @ self.j.T
         self.fisher += np.diag(1.0 / hypothesis.prior[1] ** 2)
 

@@ -103,6 +103,11 @@ class FittedHypothesis:
         return values[0], (up - down) / (2.0 * step.reshape((-1,) + (1,) * (up.ndim - 1)))
 
 
+def by_channel(values: FloatArray) -> FloatArray:
+    """Values (..., 3 N) by channel and cycle, (..., 3, N): a view of them."""
+    return values.reshape(*values.shape[:-1], 3, -1)
+
+
 @dataclass(frozen=True, eq=False)
 class Block:
     """One record: its cycles in every channel, the parameters that it takes, and the coordinates of these."""
@@ -118,12 +123,11 @@ class Block:
 
     def of(self, values: FloatArray) -> FloatArray:
         """What belongs to the record of values (..., 3 N), all channels end to end."""
-        shape = values.shape[:-1]
-        return np.asarray(values.reshape(*shape, 3, -1)[..., self.cycles].reshape(*shape, -1))
+        return np.asarray(by_channel(values)[..., self.cycles].reshape(*values.shape[:-1], -1))
 
     def told(self, slopes: FloatArray) -> FloatArray:
         """What belongs to the record of derivatives (P, 3 N), by the parameters that it takes."""
-        own = slopes.reshape(len(slopes), 3, -1)[..., self.cycles]
+        own = by_channel(slopes)[..., self.cycles]
         return np.asarray((own if self.rows.size == len(own) else own[self.rows]).reshape(self.rows.size, -1))
 
 
@@ -256,8 +260,8 @@ class Hypothesis:
         s = np.log(s)
         width = np.r_[scale, 1.0][self.places][:, channels.record]
         jv, js = v[1:] - v[0], s[1:] - s[0]
-        for each in (jv, js):  # in all three channels
-            each.reshape(count, 3, -1)[...] /= width[:, None, :]
+        for each in (by_channel(jv), by_channel(js)):
+            each /= width[:, None, :]
         return v[0], s[0], jv, js
 
     @cached_property

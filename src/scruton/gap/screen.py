@@ -6,7 +6,6 @@ variances: those of many variants go through the filter side by side.
 
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
 from math import comb
 from typing import NamedTuple
 
@@ -77,7 +76,9 @@ class Screen:
 
     def __init__(self, base: FittedHypothesis) -> None:
         self.base, self.hypothesis, self.data = base, base.hypothesis, base.hypothesis.data
-        self.v, self.log_s, self.jv, self.js = self.hypothesis.derivatives(base.mode)
+        self.v, self.log_s, jv, js = self.hypothesis.derivatives(base.mode)
+        # What each record tells of the base's parameters: derivatives of innovations and log variances.
+        self.told = [(block.told(jv), block.told(js)) for block in self.hypothesis.blocks]
         self.weight = np.exp(-self.log_s)
         self.spread = 1.0 - self.v * self.v * self.weight
         self.table = base.table
@@ -119,11 +120,6 @@ class Screen:
             variant.apply(tables[i : i + 1], values, self.data.layout)
         return tables
 
-    @cached_property
-    def _told(self) -> list[tuple[FloatArray, FloatArray]]:
-        """What each record tells of the base's parameters: derivatives of innovations and log variances."""
-        return [(block.told(self.jv), block.told(self.js)) for block in self.hypothesis.blocks]
-
     def linear(self, variant: Variant) -> Asking[ScoreTest]:
         """Laplace gain of a variant, the parameters of the base re-optimised to second order.
 
@@ -147,7 +143,7 @@ class Screen:
         first = np.cumsum([0, *(p.size for p in tested)])
         score, curvature = np.zeros(scales.size), np.diag(1.0 / scales**2)
         mixed = np.zeros((scales.size, self.base.mode.size))
-        for r, (block, (c, e)) in enumerate(zip(self.hypothesis.blocks, self._told, strict=True)):
+        for r, (block, (c, e)) in enumerate(zip(self.hypothesis.blocks, self.told, strict=True)):
             active = [i for i, p in enumerate(tested) if p.members[r] >= 0]
             if not active:
                 continue
@@ -211,7 +207,7 @@ class Screen:
         v, s = v[0], s[0]
         first, second = v / s - self.v * self.weight, 0.5 * (1.0 - v * v / s - self.spread)
         pull = np.zeros(self.base.mode.size)
-        for block, (c, e) in zip(self.hypothesis.blocks, self._told, strict=True):
+        for block, (c, e) in zip(self.hypothesis.blocks, self.told, strict=True):
             pull[block.where] -= c @ block.of(first) + e @ block.of(second)
         moved = (self.base.mode + self.base.covariance @ pull)[None]
         table = self.hypothesis.table(moved)

@@ -95,7 +95,7 @@ class SharedCurve:
         Notes
         -----
         The laws' amplitude is off by a variance that walks away with the distance from what was tested,
-        :math:`d\,\tau^2` (`Coverage.growth`); the one by the measured damping by that of the setting that it was
+        :math:`d\,\tau^2` (`Coverage.variance`); the one by the measured damping by that of the setting that it was
         measured at, :math:`\tau^2`, and its own, v.  Each is weighed by its precision.
         """
         tau, nothing = self.discrepancy[:, None], np.zeros(amplitude.shape)

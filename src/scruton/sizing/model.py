@@ -294,14 +294,14 @@ class Draws:
         on_curve, rest, left = target.copy(), np.arange(len(self)), self  # those that still move
         here, moved = on_curve, np.zeros(len(self))  # where they were before, and by how much one round moved them
         for k in range(_REPETITIONS):
-            before = on_curve[rest]
-            sc = left._inverse(np.exp(before))[:, None]
-            found = target[rest] - left.curve.setting(sc, np.exp(before)[:, None]).off(left.discrepancy)[:, 0]
+            before, amplitude = on_curve[rest], np.exp(on_curve[rest])
+            setting = left.curve.setting(left._inverse(amplitude)[:, None], amplitude[:, None])
+            found = target[rest] - setting.off(left.discrepancy)[:, 0]
             with np.errstate(invalid="ignore", divide="ignore"):  # infinite ones stay what they are
                 moves = found - before
                 still = np.abs(moves) > _SETTLED
-                slope = (moves - moved) / (before - here)
-                straight = still & (slope < _FALLS[0]) & (slope > _FALLS[1]) & bool(k)
+                slope = (moves - moved) / (before - here)  # infinite, or none, in the first round
+                straight = still & (slope < _FALLS[0]) & (slope > _FALLS[1])
                 on_curve[rest] = np.where(straight, before - moves / slope, found)
             here, moved = before, moves
             if not still.any():
