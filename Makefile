@@ -1,5 +1,5 @@
 # make demo    set up, then the shipped example from records to report
-# make test    the test suite;  make slow  the statistical suites that take minutes
+# make test    the test suite;  make thorough  what of it takes seconds a test;  make slow  statistics that take minutes
 # make fuzz    3,000 spoiled inputs, none of which may bring a command down;  make kill  runs that are killed and resumed
 # make goldens every command against what it printed and wrote before (about 10 minutes);  ONLY='fit-* errors' for some
 # make bench   speed, beside other samplers, on one core;  make large  20 million samples, 40 rigs, 300 campaigns
@@ -11,7 +11,7 @@
 #
 # Every target makes the environment that it needs. PYTHON=/path/to/python3.13 chooses the interpreter.
 
-.PHONY: demo test slow fuzz kill goldens large bench reports cards dossier lint docs lock clean
+.PHONY: demo test thorough slow fuzz kill goldens large bench reports cards dossier lint docs lock clean
 
 # The arrays are small: threads of the linear algebra library would only get in each other's way.
 export OMP_NUM_THREADS := 1
@@ -24,6 +24,9 @@ demo: .venv/ready
 
 test: .venv/ready
 	.venv/bin/python -m pytest -n auto --dist loadfile
+
+thorough: .venv/ready
+	.venv/bin/python -m pytest -n auto --dist loadfile -m 'thorough and not slow'
 
 slow: .venv/ready
 	.venv/bin/python -m pytest -n auto -m slow

@@ -45,6 +45,7 @@ def run(tmp_path, request):
     return run
 
 
+@pytest.mark.thorough
 def test_a_kernel_is_compiled_anew_when_what_it_takes_from_elsewhere_changes_and_only_then(run):
     """What it gives, and how often it was found on disk."""
     assert run(2.0) == (2.0, 0)

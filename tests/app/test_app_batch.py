@@ -100,6 +100,7 @@ class StoppedError(Exception):
     pass
 
 
+@pytest.mark.thorough
 def test_an_interrupted_batch_goes_on_in_two_processes_to_the_same_bytes(room, whole, monkeypatch):
     monkeypatch.chdir(room)
     resumed = room / "resumed"
@@ -165,6 +166,7 @@ def test_what_a_batch_says_a_bridge_needs_is_for_any_mode_where_it_asks_that(tmp
     assert [one["damping_ratio"] for one in _required(tmp_path)] == [0.005, 0.006]
 
 
+@pytest.mark.thorough
 def test_a_batch_sizes_a_bridge_and_counts_steps(room, monkeypatch, capsys):
     monkeypatch.chdir(room)
     (room / "bridge.toml").write_text(BRIDGE, encoding="utf-8")

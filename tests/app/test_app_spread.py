@@ -82,6 +82,7 @@ def fails(task):
     return task
 
 
+@pytest.mark.thorough
 def test_an_error_of_the_work_comes_back_once_the_rest_is_done():
     come = Workers(2).values(fails, range(4))
     assert sorted(next(come)[1] for _ in range(3)) == [0, 2, 3]
@@ -90,6 +91,7 @@ def test_an_error_of_the_work_comes_back_once_the_rest_is_done():
     assert list(Workers(2).values(fails, [])) == []
 
 
+@pytest.mark.thorough
 def test_a_challenge_is_the_same_when_a_worker_is_killed(tmp_path):
     plan = Plan(3, ["sensor_gain_error", "none"], (0.4,))
     make_challenge(Execution(tmp_path / "one"), plan, 6)

@@ -335,6 +335,7 @@ def test_a_challenge_loads_and_its_answers_are_sealed(tmp_path):
         assert not any(effect in text for effect in EFFECTS)
 
 
+@pytest.mark.thorough
 def test_a_challenge_is_the_same_however_it_is_made(tmp_path):
     whole = challenge(tmp_path / "whole")
     stopped = challenge(tmp_path / "parts", cases=1)

@@ -360,6 +360,7 @@ def test_another_diagnosis_does_not_go_on_with_a_run(tmp_path):
         run_challenge(folder, Execution(out, resume=True), dies)
 
 
+@pytest.mark.thorough
 def test_a_process_that_dies_costs_its_own_case_alone(tmp_path):
     folder = empty(tmp_path / "made")
     run = run_challenge(folder, Execution(tmp_path / "out", Workers(2)), dies)

@@ -273,6 +273,7 @@ def test_no_content_breaks_the_reader(room: Room, content: bytes) -> None:
               {"r.csv": content}, problems)  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_a_million_rows(room: Room) -> None:
     count = 1_000_000
     frame = pd.DataFrame({"time [s]": np.arange(count) / 1000, "displacement [m]": np.sin(np.arange(count) / 7)})

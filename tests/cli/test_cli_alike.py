@@ -54,6 +54,7 @@ def run(tmp_path, small_results, capsys, monkeypatch):
     return do
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("words", list(CHEAP), ids=" ".join)
 def test_lines_fit_a_terminal_and_json_and_quiet_mean_the_same(run, words, tmp_path):
     text, as_json, quiet = run(*words)
@@ -122,6 +123,7 @@ def test_check_does_not_praise_what_it_cannot_use(tmp_path, capsys):
     assert (captured.out, captured.err.count("scruton: ")) == ("", 12)
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("no_figures")
 def test_a_second_sizing_stands_beside_the_first(small_results, tmp_path, capsys):
     shutil.copytree(small_results, tmp_path / "fit")

@@ -113,6 +113,7 @@ def test_each_motion_has_its_file_and_both_the_union(sized):
         assert path.stat().st_size > 5_000
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("no_figures")
 def test_the_terminal_shows_both_in_eighty_columns_and_a_second_run_gets_a_number(deck, sized, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
@@ -127,6 +128,7 @@ def test_the_terminal_shows_both_in_eighty_columns_and_a_second_run_gets_a_numbe
     assert "T1 (torsional)" in " ".join(" ".join(lines).split())
 
 
+@pytest.mark.thorough
 def test_the_report_of_results_shows_both(deck, sized, tmp_path):
     folder = tmp_path / "results"
     shutil.copytree(deck[0], folder, ignore=shutil.ignore_patterns("sizing*", ".scruton"))
@@ -138,6 +140,7 @@ def test_the_report_of_results_shows_both(deck, sized, tmp_path):
     assert "Torsional modes" in text
 
 
+@pytest.mark.thorough
 def test_a_report_sizes_both_motions_as_size_does(deck, sized, tmp_path):
     heaving, torsion, bridge = deck
     out = tmp_path / "report"
@@ -193,6 +196,7 @@ def test_what_cannot_be_done_with_both_is_refused(deck, tmp_path, capsys, more, 
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("no_figures")
 def test_given_dampers_and_what_was_identified_are_judged_with_both(deck, tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")

@@ -76,11 +76,13 @@ def test_diagnose_writes_what_its_format_says(challenge, diagnosed, tmp_path, ca
     assert "--force" in error
 
 
+@pytest.mark.thorough
 def test_the_same_campaign_gives_the_same_bytes(challenge, diagnosed, tmp_path, capsys):
     run("diagnose", challenge / "case-0001", "-o", tmp_path / "one", "--quiet", "--jobs", 1, capsys=capsys)
     assert (tmp_path / "one" / "gap.json").read_bytes() == (diagnosed[0] / "gap.json").read_bytes()
 
 
+@pytest.mark.thorough
 def test_an_effect_is_carried_into_the_prediction(challenge, tmp_path, capsys):
     card = tmp_path / "card.toml"
     card.write_text(CARD, encoding="utf-8")
@@ -108,6 +110,7 @@ def test_an_effect_that_is_none_is_refused(challenge, tmp_path, capsys):
     assert "coulomb_friction" in error
 
 
+@pytest.mark.thorough
 def test_challenge_from_make_to_score(tmp_path, capsys):
     folder, results = tmp_path / "c", tmp_path / "r"
     effects = "none,sensor_gain_error"

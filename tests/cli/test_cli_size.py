@@ -120,6 +120,7 @@ def test_size_writes_what_an_engineer_asks_for(small_results, bridge, tmp_path, 
         assert (out / f"{name}.svg").is_file()
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("no_figures")
 def test_a_sizing_is_not_overwritten_and_repeats_itself(small_results, tmp_path, capsys):
     arguments = ("size", small_results, "--limit", "0.02", "-o", tmp_path / "s")
@@ -183,6 +184,7 @@ def test_a_sizing_that_is_not_one_is_refused(tmp_path):
         load_sizing(tmp_path)
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("no_figures")
 def test_the_decision_can_be_rebuilt_and_is_the_same_whichever_verb_wrote_it(small_results, tmp_path, capsys):
     path = tmp_path / "one" / "bridge.toml"
@@ -202,6 +204,7 @@ def test_the_decision_can_be_rebuilt_and_is_the_same_whichever_verb_wrote_it(sma
     assert rebuilt(small_results, found, tmp_path / "again")["modes"] == found["modes"]
 
 
+@pytest.mark.thorough
 def test_a_law_without_a_curve_of_its_own_starts_where_it_has_its_answer_whoever_asks(small_results, bridge):
     """The sizing under a law alone and its row in that of all laws are one number; that no law holds is said."""
     tree = read_tree(small_results)[0].copy()
@@ -238,6 +241,7 @@ def rebuilt(results, found, folder):
     return json.loads(json.dumps(again.to_json()))
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("no_figures")
 def test_the_decision_can_be_rebuilt_with_what_the_command_line_said(small_results, tmp_path, capsys):
     path = tmp_path / "bridge.toml"

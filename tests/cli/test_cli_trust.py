@@ -86,6 +86,7 @@ def begun(*arguments, out, chunks=2):
     return process
 
 
+@pytest.mark.thorough
 def test_a_campaign_that_was_edited_is_not_resumed(campaign, card, tmp_path, capsys):
     out = tmp_path / "out"
     arguments = ("fit", campaign, "--model", card)
@@ -104,6 +105,7 @@ def test_a_campaign_that_was_edited_is_not_resumed(campaign, card, tmp_path, cap
     assert main([*map(str, arguments), "-o", str(out), "--resume", "--quiet"]) == 0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_run_that_is_ended_in_good_order_goes_on(small_campaign, card, tmp_path, capsys, number, code):
     out = tmp_path / "out"
@@ -120,6 +122,7 @@ def test_a_run_that_is_ended_in_good_order_goes_on(small_campaign, card, tmp_pat
     assert list((out / STATE).glob("*.npz"))
 
 
+@pytest.mark.thorough
 def test_a_report_that_is_killed_leaves_no_process(small_campaign, card, tmp_path):
     process = begun("report", small_campaign, "--model", card, out=tmp_path / "out")
     beside = psutil.Process(process.pid).children(recursive=True)

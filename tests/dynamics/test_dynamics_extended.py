@@ -67,6 +67,7 @@ EFFECTS = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("start", [0.15, 2.0])
 @pytest.mark.parametrize("name", EFFECTS)
 def test_filter_against_a_grid_filter(rng, name, start):
@@ -185,6 +186,7 @@ def test_gusts_and_set_points_are_those_of_the_paper_law(rng, wind, pause):
     assert np.abs(v - without)[65:].max() > 0.3 * se
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("start", [0.15, 2.0])
 @pytest.mark.parametrize("name", EFFECTS)
 def test_gusts_with_an_effect_against_small_steps(rng, name, start):

@@ -112,6 +112,7 @@ def test_the_drift_of_the_family_states_its_derivative_and_its_stable_amplitude(
     assert N_FAMILY.relaxation_rate(parameters, stable)[0] == pytest.approx(0.5, rel=1e-6)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("start", [0.15, 2.0])
 def test_a_law_outside_the_family_against_a_grid_filter(rng, start):
     """To 0.1 in log likelihood per 100 cycles; with a wrong derivative of the drift it is not."""

@@ -93,6 +93,7 @@ def test_exact_for_the_papers_law(rng, lam, gaps):
     assert got == pytest.approx(dense_log_likelihood(data, 0.05, lam, 0.002, 1.2, 0.3), abs=2e-3)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("set_point", [0.0, 0.004])
 @pytest.mark.parametrize("gust_rate", [0.05, 0.3, 2.0])
 @pytest.mark.parametrize("gaps", [False, True])

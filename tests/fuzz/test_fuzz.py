@@ -21,6 +21,7 @@ def stock(tmp_path_factory: pytest.TempPathFactory) -> Stock:
     return made
 
 
+@pytest.mark.thorough
 def test_fuzz_no_input_brings_a_command_down(stock: Stock, tmp_path: Path) -> None:
     planned = plan(CASES, tuple(KINDS))
     outcomes = list(run_cases(planned, seed=SEED, stock=stock.folder, work=tmp_path, jobs=2))
@@ -39,6 +40,7 @@ def planted(prepare: object, cases: int, stock: Stock, work: Path, patience: flo
     return list(run_cases(planned, seed=SEED, stock=stock.folder, work=work, **options))
 
 
+@pytest.mark.thorough
 def test_fuzz_harness_sees_planted_faults(stock: Stock, tmp_path: Path) -> None:
     names = list(plants.CAUSES)[:-2]
     outcomes = planted(plants.all_but_the_last_two, len(names), stock, tmp_path, patience=100)

@@ -148,6 +148,7 @@ def test_what_two_effects_do_alike_is_fitted_for_both(monkeypatch: pytest.Monkey
     assert found[wake].log_evidence > found[span].log_evidence - 3.0
 
 
+@pytest.mark.thorough
 def test_what_acts_in_two_rigs_of_three_is_one_effect() -> None:
     """One level was asked of all: a gain and settings that differ mended what it did to the third."""
     campaign, _ = simulate_case(7001, 4, None, 0.0, turbulence=(0.01, 0.03), gusts=(0.0, 0.02))

@@ -133,6 +133,7 @@ def test_an_effect_is_named(name):
     assert found.groups[0][0] == name
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("design", "index", "name"),
     [("one-rig", 3, None), ("full", 3, None), ("full", 2, "coulomb_friction"), ("full", 2, "sensor_gain_error")],
@@ -152,6 +153,7 @@ def test_what_comes_and_goes_by_more_than_gusts_is_unknown(name, index):
     assert diagnose(simulate_case(SEED, index, name, 0.2)[0]).verdict == "unknown"
 
 
+@pytest.mark.thorough
 def test_bursts_in_one_rig_are_no_loss_of_coherence():
     """With a coherence amplitude of any size this was called `spanwise_coherence_loss`, with 0.98."""
     assert diagnose(simulate_case(502, 2, "intermittent_lock_in", 0.2, "one-rig")[0], workers=1).verdict == "unknown"
@@ -174,6 +176,7 @@ def test_clipped_crests_of_one_record_tell(clean):
     assert np.exp(found.final.value("level", 0)[0]) == pytest.approx(1.0, abs=0.03)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", [None, "coulomb_friction"])
 def test_envelopes_without_a_waveform_will_do(name):
     """Records that hold an amplitude have neither phase nor third harmonic: those channels stay silent."""
@@ -218,6 +221,7 @@ def test_measured_decays(shared_data, folder, effect):
     assert diagnose(load_campaign(shared_data(folder))).verdict == effect
 
 
+@pytest.mark.thorough
 def test_a_statement_far_off_is_called_an_error_of_it():
     """Damping stated nearly three times too large: the null model has an optimum where turbulence explains it all."""
     campaign, _ = simulate_case(SEED, 4, None, 0.0)
@@ -227,6 +231,7 @@ def test_a_statement_far_off_is_called_an_error_of_it():
     assert found.found == ("structural_damping_error",)
 
 
+@pytest.mark.thorough
 def test_a_wind_that_leaves_its_stated_speed_is_found():
     for index in range(20):
         campaign, answer = simulate_case(SEED, index, "wind_speed_drift", 0.4)
@@ -245,6 +250,7 @@ def test_the_unknown_does_not_lead_what_closes_more_on_records_held_out(monkeypa
     assert not diagnosis._earned(null, stronger, generic, 1)
 
 
+@pytest.mark.thorough
 def test_a_name_whose_model_leaves_variances_that_differ_is_not_sure(monkeypatch):
     campaign, _ = simulate_case(SEED, 2, "structural_damping_nonlinearity", 0.3)
     monkeypatch.setattr(diagnosis, "check", lambda fit: replace(check(fit), spread=1e-9))
@@ -255,6 +261,7 @@ def test_a_name_whose_model_leaves_variances_that_differ_is_not_sure(monkeypatch
     assert 0.5 < found.probability[first] < SETTLED
 
 
+@pytest.mark.thorough
 def test_what_stands_beside_the_unknown_is_judged_beside_it_and_reported():
     """A jump, and a spring: the first place goes to the unknown, the spring stays with it."""
     campaign, _ = simulate_case(SEED, 2, ("time_jump", "stiffness_nonlinearity"), 0.3)

@@ -44,6 +44,7 @@ def settings() -> dict[str, Any]:
     return examined("setting_dependence", 6)
 
 
+@pytest.mark.thorough
 def test_an_unknown_cause_is_described(jumped: dict[str, Any]) -> None:
     assert jumped["verdict"] == "unknown"
     seen = jumped["unknown"]
@@ -104,11 +105,13 @@ def test_knocks_are_told_from_noise_and_named() -> None:
     assert [name for name, nats in knocked(null).items() if nats > 0.0] == [record.name]
 
 
+@pytest.mark.thorough
 def test_an_unknown_cause_has_advice_that_can_be_followed(jumped: dict[str, Any]) -> None:
     assert any(line.startswith("a repeat of ") and "comes again" in line for line in jumped["advice"])
     assert not any("no further record" in line for line in jumped["advice"])
 
 
+@pytest.mark.thorough
 def test_an_unknown_cause_widens_the_bands_and_says_so(jumped: dict[str, Any]) -> None:
     meaning = jumped["meaning"]
     assert meaning["amplitude_change"] >= 0.0
@@ -116,6 +119,7 @@ def test_an_unknown_cause_widens_the_bands_and_says_so(jumped: dict[str, Any]) -
     assert "--effect auto" in meaning["text"]
 
 
+@pytest.mark.thorough
 def test_settings_that_differ_ask_for_one_rig_at_other_speeds(settings: dict[str, Any]) -> None:
     assert settings["verdict"] == "setting_dependence"
     (line, *_) = settings["advice"]
@@ -126,6 +130,7 @@ def test_settings_that_differ_ask_for_one_rig_at_other_speeds(settings: dict[str
     assert all(label.partition("[")[2].rstrip("]") in {"", *tests} for label in labels), "sizes are labelled by test"
 
 
+@pytest.mark.thorough
 def test_the_headline_counts_the_tests_that_were_left_out(settings: dict[str, Any]) -> None:
     shrink = settings["shrink"]
     head, tests = shrink["headline"], shrink["stable_amplitude"]
@@ -254,6 +259,7 @@ def test_what_sizes_belong_to_has_its_name() -> None:
         assert whose(data, np.array([name in records for name in layout.records])) == words
 
 
+@pytest.mark.thorough
 def test_sizes_and_errors_name_rig_test_and_record(settings: dict[str, Any], jumped: dict[str, Any]) -> None:
     for one in settings["shrink"]["stable_amplitude"]:
         assert one["rig"].startswith("rig")
@@ -285,6 +291,7 @@ def test_the_line_that_stands_in_most_records_is_named() -> None:
     assert lines_words(lines[:1], data).startswith("14.66 Hz in a (1.47 times")
 
 
+@pytest.mark.thorough
 def test_the_strongest_places_of_an_unknown_are_where_it_acts(jumped: dict[str, Any]) -> None:
     _, _, strongest = jumped["unknown"]["text"].partition("Strongest: ")
     there = set(jumped["unknown"]["records"])

@@ -70,6 +70,7 @@ def interval(entry, level="0.90"):
     return entry["parameters"]["damping_ratio"]["interval"][level]
 
 
+@pytest.mark.thorough
 def test_a_test_takes_the_damping_at_its_own_amplitude(varying):
     a_star = varying.summary["tests"][0]["parameters"]["a_star"]["median"]
     assert xi_of(0.2, 0.08) > 1.8 * xi_of(a_star, 0.08), "the ring-downs begin far above"
@@ -83,6 +84,7 @@ def test_a_test_takes_the_damping_at_its_own_amplitude(varying):
     assert np.log(high / low) / 3.29 < 0.3 * np.sqrt(np.mean(spread**2))
 
 
+@pytest.mark.thorough
 def test_the_rate_is_that_of_the_wind(varying):
     """Less than that of the transients, which fall faster where the structural damping rises."""
     a_star, rate = WIND.balance()
@@ -100,6 +102,7 @@ def test_the_rate_is_that_of_the_wind(varying):
     assert np.median(ratio) == pytest.approx(of_all / of_wind, rel=0.03)
 
 
+@pytest.mark.thorough
 def test_the_damping_of_the_wind_alone_is_what_is_left_of_the_whole(varying):
     """Eq. (6) on draws: the measured xi_s(A) is taken from the total, not a constant."""
     grid = np.array([0.4, 0.7, 1.3, 1.9]) * varying.summary["tests"][0]["parameters"]["a_star"]["median"]
@@ -139,6 +142,7 @@ def test_the_drift_of_the_law_of_the_whole_rate_with_what_is_known_is_that_of_bo
     assert (falling.total_rate(log_stable - 2.0, 1e-3 * rate, omega0) > 0.0).all()
 
 
+@pytest.mark.thorough
 def test_a_rig_does_not_look_sharper_than_its_damping_varies(varying):
     bands = [band.damping_ratio for band in varying.ringdowns["rig"].bands]
     assert max(bands) / min(bands) > 1.6
@@ -148,6 +152,7 @@ def test_a_rig_does_not_look_sharper_than_its_damping_varies(varying):
     assert np.mean(inside) == pytest.approx(0.9, abs=0.06)
 
 
+@pytest.mark.thorough
 def test_a_flag_says_what_was_used(varying):
     flag = next(flag for flag in varying.flags if "varies with amplitude" in flag)
     prior = 100 * varying.summary["tests"][0]["parameters"]["damping_ratio"]["median"]
@@ -158,6 +163,7 @@ def test_a_flag_says_what_was_used(varying):
     assert "No constant stands for it" in flag
 
 
+@pytest.mark.thorough
 def test_constant_damping_changes_nothing(constant):
     """The test has the posterior of its rig, which is as sharp as the ring-downs make it; and no flag."""
     assert not any("varies" in flag for flag in constant.flags)
@@ -169,6 +175,7 @@ def test_constant_damping_changes_nothing(constant):
     assert low < XI < high
 
 
+@pytest.mark.thorough
 def test_beyond_the_ring_downs_it_is_as_uncertain_as_on_their_near_side(varying):
     rig, ring = varying.campaign.rigs[0], varying.ringdowns["rig"]
     draws = draws_over_amplitudes(ring, np.random.default_rng(0), (4, 500))
@@ -188,6 +195,7 @@ def test_beyond_the_ring_downs_it_is_as_uncertain_as_on_their_near_side(varying)
     assert spreads[-1] == pytest.approx(abs(np.log(ends[0] / ends[1])), rel=0.1)
 
 
+@pytest.mark.thorough
 def test_what_varies_is_judged_over_both_bands_and_not_between_their_middles(constant):
     """xi_s straight in ln A: octaves whose means differ by c change by 2 c over both, by 1.5 c with one between."""
 

@@ -223,6 +223,7 @@ def test_innovations_are_kept_and_white(tree):
     assert abs(np.corrcoef(z[1:], z[:-1])[0, 1]) < 0.25
 
 
+@pytest.mark.thorough
 def test_same_seed_same_bytes_other_seed_other(small_campaign, quick, quick_card, tmp_path):
     card = load_card(quick_card())
     again = fit_campaign(load_campaign(small_campaign), card, seed=0, asked={"command": "fit"})
@@ -246,6 +247,7 @@ def test_the_departure_is_that_of_the_draws_that_are_printed(quick):
     assert np.corrcoef(np.log(away), np.log(scale[place]))[0, 1] > 0.8
 
 
+@pytest.mark.thorough
 def test_what_predictions_do_not_need_can_be_left_out_without_changing_the_rest(small_campaign, quick, quick_card):
     brief = fit_campaign(load_campaign(small_campaign), load_card(quick_card()), seed=0, thorough=False)
     left_out = {
@@ -285,6 +287,7 @@ def test_one_law_is_not_weighed(quick):
     }  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_a_free_exponent_is_found(small_campaign, quick_card, tmp_path):
     card = quick_card("free-exponent", more="ensembles = 2").read_text(encoding="utf-8")
     (tmp_path / "card.toml").write_text(card.replace("walkers = 64", "walkers = 48"), encoding="utf-8")
@@ -302,6 +305,7 @@ def test_a_free_exponent_is_found(small_campaign, quick_card, tmp_path):
     assert "Y1" not in fit.tree["posterior"]
 
 
+@pytest.mark.thorough
 def test_stacking_may_weigh_the_laws(small_campaign, quick_card):
     card = load_card(quick_card("default", n="[-1, 0]", prior_weights="[1, 1]", averaging='"stacking"'))
     fit = fit_campaign(load_campaign(small_campaign), card, thorough=False)
@@ -332,6 +336,7 @@ def test_an_unconverged_fit_says_what_to_do_exits_1_and_still_predicts(small_cam
     assert predict(tree, scruton_number=30.0).median == pytest.approx(0.0247, rel=0.1)
 
 
+@pytest.mark.thorough
 def test_what_does_not_bring_the_verdict_down_is_not_called_unconverged(small_campaign, quick_card, monkeypatch):
     """The draws of a law without weight, and of a test alone under it: one verdict, told once."""
     run = Sampling.run
@@ -361,6 +366,7 @@ def test_what_does_not_bring_the_verdict_down_is_not_called_unconverged(small_ca
     assert not any("the verdict does not count" in flag for flag in needed.flags)
 
 
+@pytest.mark.thorough
 def test_fewer_walkers_than_a_model_needs_are_made_more(small_campaign, tmp_path):
     """Then rigs, tests and the campaign model each have another number of them; predictions must bear it."""
     text = QUICK.format(base="paper", more="").replace("walkers = 64", "walkers = 14")

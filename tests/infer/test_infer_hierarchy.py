@@ -457,6 +457,7 @@ class Told(WindPosterior):
         )
 
 
+@pytest.mark.thorough
 def test_where_y1_is_next_to_nothing_ensembles_meet_in_the_posterior():
     """Against draws of the prior weighed by the likelihood, which know neither coordinates nor Jacobians."""
     rng = np.random.default_rng(7)

@@ -313,6 +313,7 @@ def test_the_grid_reaches_half_a_length_beyond_the_tests() -> None:
 # ------------------------------------------------------------------------------------------------ coverage
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("sets", [30, pytest.param(400, marks=pytest.mark.slow)])
 def test_bands_cover_what_they_promise(sets: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Truths from the model's own prior: the bands of a new setting at held-out speeds and another Sc."""

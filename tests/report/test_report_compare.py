@@ -90,6 +90,7 @@ def test_another_seed_is_alike_and_said(small_campaign: Path, quick_results: Pat
     assert found.inputs == ("The seed: 0, and 5.",)
 
 
+@pytest.mark.thorough
 def test_another_campaign_is_apart_in_what_differs(
     small_campaign: Path, quick_results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -468,6 +468,7 @@ def with_failed(tree, *names: str):
     return failed
 
 
+@pytest.mark.thorough
 def test_nothing_is_priced_or_judged_on_posteriors_that_did_not_converge(three) -> None:
     mode = Mode("V1", Quantity(0.3, 0.003), Quantity(2e4), 4e6, damping_ratio=Quantity(0.003, 0.001))
     bridge = Bridge(
@@ -497,6 +498,7 @@ def test_nothing_is_priced_or_judged_on_posteriors_that_did_not_converge(three) 
     assert any(trial in flag and "nothing of the sizing rests on that" in flag for flag in good.flags)
 
 
+@pytest.mark.thorough
 def test_a_sizing_and_a_report_say_which_laws_answer_without_having_converged(three) -> None:
     """The law has its share of the weight whatever the records say: the fit is trusted, and the share is told."""
     tree = three.tree.copy(deep=True)

@@ -24,6 +24,7 @@ def clipped() -> tuple[Diagnosis, tuple[Finding, ...]]:
     return diagnosis, locate(diagnosis)
 
 
+@pytest.mark.thorough
 def test_every_test_and_rig_has_its_panel_and_the_verdict_its_bar(
     clipped: tuple[Diagnosis, tuple[Finding, ...]], tmp_path: Path
 ) -> None:
@@ -42,6 +43,7 @@ def test_every_test_and_rig_has_its_panel_and_the_verdict_its_bar(
     assert path.stat().st_size > 10_000
 
 
+@pytest.mark.thorough
 def test_curves_lie_in_their_panels_where_they_leave_zero(clipped: tuple[Diagnosis, tuple[Finding, ...]]) -> None:
     diagnosis, findings = clipped
     curves = excess_curves(diagnosis.null)
@@ -60,6 +62,7 @@ def test_curves_lie_in_their_panels_where_they_leave_zero(clipped: tuple[Diagnos
             assert 100.0 * curve.excess[place].max() < high
 
 
+@pytest.mark.thorough
 def test_rigs_have_none_of_the_colours_of_growth_decay_and_still_air(
     clipped: tuple[Diagnosis, tuple[Finding, ...]],
 ) -> None:
@@ -79,6 +82,7 @@ def titles(figure: Figure) -> list[str]:
     return [one.get_title(loc="left").replace("\n", " ") for one in figure.subfigs[0].axes]
 
 
+@pytest.mark.thorough
 def test_rows_stand_in_the_order_of_the_scruton_numbers_and_what_is_left_out_is_said(
     clipped: tuple[Diagnosis, tuple[Finding, ...]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -102,6 +106,7 @@ def test_rows_stand_in_the_order_of_the_scruton_numbers_and_what_is_left_out_is_
     assert said in fewer.caption
 
 
+@pytest.mark.thorough
 def test_how_large_it_is_stands_under_the_title(clipped: tuple[Diagnosis, tuple[Finding, ...]]) -> None:
     diagnosis, findings = clipped
     line = gap_figure(diagnosis, findings).figure.subfigs[0].get_suptitle().replace("\n", " ")
@@ -111,6 +116,7 @@ def test_how_large_it_is_stands_under_the_title(clipped: tuple[Diagnosis, tuple[
     assert "saturation" in without, "a parameter, with its form, where no place tells"
 
 
+@pytest.mark.thorough
 def test_a_second_effect_has_a_bar_of_its_own_probability(clipped: tuple[Diagnosis, tuple[Finding, ...]]) -> None:
     diagnosis, findings = clipped
     beside = {"fluid_memory": {"fluid_memory": 0.87}}
@@ -122,6 +128,7 @@ def test_a_second_effect_has_a_bar_of_its_own_probability(clipped: tuple[Diagnos
     assert bars.patches[-1].get_width() == pytest.approx(0.87)
 
 
+@pytest.mark.thorough
 def test_where_an_unknown_cause_acts_its_records_are_named(
     clipped: tuple[Diagnosis, tuple[Finding, ...]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -136,6 +143,7 @@ def test_where_an_unknown_cause_acts_its_records_are_named(
     assert f"not in the catalogue in {name}" in marked[0]
 
 
+@pytest.mark.thorough
 def test_a_heavy_line_of_frequency_is_explained(clipped: tuple[Diagnosis, tuple[Finding, ...]]) -> None:
     diagnosis, findings = clipped
     curves = excess_curves(diagnosis.null)
@@ -146,12 +154,14 @@ def test_a_heavy_line_of_frequency_is_explained(clipped: tuple[Diagnosis, tuple[
     assert names == list(diagnosis.data.rigs), "a colour for every rig, in order"
 
 
+@pytest.mark.thorough
 def test_the_headline_says_the_verdict(clipped: tuple[Diagnosis, tuple[Finding, ...]]) -> None:
     diagnosis, findings = clipped
     figure = gap_figure(diagnosis, findings).figure
     assert figure.get_suptitle().startswith("Sensor clipping")
 
 
+@pytest.mark.thorough
 def test_the_headline_says_what_is_not_settled_and_no_gap_has_its_bar(
     clipped: tuple[Diagnosis, tuple[Finding, ...]],
 ) -> None:

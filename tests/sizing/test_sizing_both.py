@@ -99,6 +99,7 @@ def damped_by_hand(rng, size, dampers):
     return np.array(exceeds)
 
 
+@pytest.mark.thorough
 def test_dampers_for_any_mode_of_either_motion_keep_the_risk_of_bridges_built_by_hand():
     models = [model(motion, motion.value, FREE) for motion in Motion]
     limits = [LIMITS[motion] for motion in Motion]
@@ -259,6 +260,7 @@ def test_each_motion_has_an_amplitude_at_which_coherence_is_lost(tmp_path):
     assert one.coherence_amplitude is None
 
 
+@pytest.mark.thorough
 def test_two_fits_of_one_bridge_are_sized_with_their_union(small_results, tmp_path):
     tree, _ = read_tree(small_results)
     tree = tree.drop_nodes("convergence")  # the small fit need not have converged

@@ -125,6 +125,7 @@ def test_the_chart_is_fine_about_the_least_cost():
     assert bought[least.allowed[1:]].min() > 0.979 * least.best_total
 
 
+@pytest.mark.thorough
 def test_every_tolerance_costs_risk(tight):
     model, found = tight
 
@@ -165,6 +166,7 @@ def test_the_modal_mass_has_an_error():
     assert np.corrcoef(factor, 1.0 / draws.factor)[0, 1] > 0.999  # the heavier bridge has the lighter damper
 
 
+@pytest.mark.thorough
 def test_end_stops_and_friction_are_designed_for():
     request = DamperRequest(start_acceleration=0.05, end_stop=0.5, largest_stroke=0.5, smallest_mass_ratio=1e-3)
     model = bridge_mode(request)
@@ -184,6 +186,7 @@ def test_end_stops_and_friction_are_designed_for():
     assert worst_remark("V1", replace(found, probability_worst=0.05)) == []
 
 
+@pytest.mark.thorough
 def test_a_start_from_above_never_leaves_less_risk_than_growth_does():
     """Dampers that rub a little: both are told of the same draws."""
     found = damper(bridge_mode(DamperRequest(start_acceleration=0.01, **FREE)), LIMIT, 1)
@@ -201,6 +204,7 @@ def test_a_stroke_that_a_detuning_makes_too_large_is_remarked_on():
     assert stroke_remark("V1", replace(far, asked=replace(far.asked, kept_detuning=0.0))) == []
 
 
+@pytest.mark.thorough
 def test_dampers_at_several_places_have_one_mass():
     model = bridge_mode(DamperRequest(positions={"V1": (0.5, 0.25)}))
     found = damper(model, LIMIT, 0)
@@ -218,6 +222,7 @@ def two_modes():
     return models, [damper(model, LIMIT, 0) for model in models]
 
 
+@pytest.mark.thorough
 def test_dampers_for_any_mode_keep_the_risk_of_the_union(two_modes):
     models, alone = two_modes
     limits = [LIMIT, LIMIT]

@@ -49,6 +49,7 @@ def test_the_wake_comes_to_one_amplitude_from_below_and_above():
     assert 0.005 < np.std(gusty) / np.mean(gusty) < 0.03
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", TRUTHS)
 def test_half_of_what_is_required_would_not_do(name, cube):
     """The suite can fail: with half the damping, half the bridges exceed."""
@@ -86,6 +87,7 @@ def test_three_rigs_do_not_ask_for_too_much(name, tau, seen, cell):
     assert found.dearer <= DEAREST
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("name", "curve", "level"), [(STEEP[0], 1.71, 1.85), (STEEP[1], 1.68, 1.80), (STEEP[2], 1.66, 1.77)]
 )

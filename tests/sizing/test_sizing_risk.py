@@ -205,6 +205,7 @@ def test_a_minimum_cuts_off_and_keeps_the_order():
     assert one.quantile(np.array(0.5)) > Quantity(0.003, 0.00135).quantile(np.array(0.5))
 
 
+@pytest.mark.thorough
 def test_monte_carlo_errors_are_the_scatter_over_posteriors_of_as_many_draws():
     """A posterior of 256 independent draws: what is required scatters from one such posterior to the next."""
     rng = np.random.default_rng(1)

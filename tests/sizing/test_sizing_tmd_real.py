@@ -71,6 +71,7 @@ def test_free_dampers_against_the_equations_of_motion():
     assert np.quantile(error, 0.95) < 0.011
 
 
+@pytest.mark.thorough
 def test_a_damper_that_friction_holds_is_mass_alone():
     cases = Cases(6, 1)
     held = Flaws(friction=3.0)
@@ -101,6 +102,7 @@ def test_end_stops_against_the_equations_of_motion():
     assert np.mean(want[1] > flaws.stop) == 1.0
 
 
+@pytest.mark.thorough
 def test_growth_from_rest_may_end_below_what_a_release_from_above_ends_in():
     cases = Cases(12, 7)
     flaws = Flaws(stop=1.1 * cases.without * cases.free.stroke[0])

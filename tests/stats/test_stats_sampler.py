@@ -134,6 +134,7 @@ def test_every_move_in_use_samples_a_known_target(name):
         assert stats.kstest(z[:, i], "norm").statistic < 0.04
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("settings", [SamplerSettings(), only(independence=1.0), LOCAL])
 def test_blocks_that_are_apart_are_moved_at_once_and_accepted_one_by_one(settings):
     """With the second part swapped for the first, or one acceptance for both, this comes out another target."""
@@ -198,6 +199,7 @@ def test_what_is_apart_is_searched_at_once():
     np.testing.assert_allclose(found.cholesky @ found.cholesky.T / 1.05**2, CHAIN, rtol=0.02, atol=0.02)
 
 
+@pytest.mark.thorough
 def test_this_test_of_moves_can_fail():
     """emcee's DESnookerMove is biased (sd about 0.86): the same check must see it."""
     z = standardised(run_move(emcee.moves.DESnookerMove()))
