@@ -90,6 +90,8 @@ CM, LEVEL = "time [s],displacement [cm]", ("stable_amplitude = 0.0292\n", "")
         ({"record": "growth.csv", "change": lambda t, y: (t, 1.4 * y)}, [("levels", "Sc 21.7", DOUBT)]),
         ({"record": "growth.csv", "change": lambda t, y: (t, 0.6 * y)}, [("levels", "Sc 21.7", DOUBT)]),
         ({"record": "growth.csv", "change": lambda t, y: (t, 1.1 * y)}, []),
+        ({"record": "growth.csv", "change": lambda t, y: (1.03 * t, y)}, [("one test", "growth.csv", DOUBT)]),
+        ({"record": "growth.csv", "change": lambda t, y: (1.01 * t, y)}, []),
         ({"record": "still.csv", "header": CM}, [("amplitude", "still.csv", DOUBT)]),
         ({"record": "decay.csv", "change": held(5.5, 0.0)}, [("dead", "decay.csv", DOUBT)]),
         ({"record": "still.csv", "change": held(4.0, 0.3)}, [("dead", "still.csv", DOUBT)]),
@@ -97,7 +99,8 @@ CM, LEVEL = "time [s],displacement [cm]", ("stable_amplitude = 0.0292\n", "")
         ({"record": "still.csv", "change": rounded(2e-5)}, []),
     ],
     ids=[
-        "8.5 Hz", "50 Hz", "cm", "gain 1.4", "gain 0.6", "gain 1.1", "still cm", "zeros", "constant", "few zeros",
+        "8.5 Hz", "50 Hz", "cm", "gain 1.4", "gain 0.6", "gain 1.1", "clock 1.03",
+        "clock 1.01", "still cm", "zeros", "constant", "few zeros",
         "rounded",
     ],
 )  # fmt: skip

@@ -141,6 +141,16 @@ def test_rounding_is_not_clipping(quantum, kind):
     assert not warned("clipped", kind, first, change=lambda t, y: (t, np.round(y / quantum) * quantum))
 
 
+@pytest.mark.parametrize("samples", [2, 3])
+def test_readings_that_are_held_are_said_to_be_and_are_no_clipping(samples):
+    def change(t, y):
+        return t, np.repeat(y[::samples], samples)[: y.size]
+
+    assert warned(f"every reading stands for {samples} samples", Kind.DECAY, 3.0, change=change)
+    assert not warned("clipped", Kind.DECAY, 3.0, change=change)
+    assert not warned("every reading stands", Kind.DECAY, 3.0, change=lambda t, y: (t, np.round(y / 1e-2) * 1e-2))
+
+
 def test_a_noiseless_sine_in_step_with_the_sampling_is_not_clipped():
     t = np.arange(4000) / FS
     assert assess(Record("r", Path("r"), Kind.STEADY, t, np.cos(2 * np.pi * F * t))).warnings == ()
@@ -205,6 +215,19 @@ def test_beating_in_a_free_decay():
 
 def test_a_harmonic_is_called_one():
     assert warned("the harmonic of order 3", Kind.STEADY, 1.0, add=lambda t: 0.1 * STABLE * np.cos(6 * np.pi * F * t))
+
+
+@pytest.mark.parametrize(
+    ("frequency", "rate", "name"), [(49.8, 256.0, "the mains, 50 Hz"), (40.2, 100.0, "an alias of")]
+)
+def test_the_mains_are_named(frequency, rate, name):
+    t = np.arange(30 * int(rate)) / rate
+    y = STABLE * (np.cos(2 * np.pi * F * t) + 0.1 * np.cos(2 * np.pi * frequency * t))
+    assert any(name in line for line in assess(Record("r", Path("r"), Kind.STEADY, t, y)).warnings)
+
+
+def test_what_is_beside_a_high_multiple_is_no_harmonic():
+    assert warned("another motion", Kind.STEADY, 1.0, add=lambda t: 0.1 * STABLE * np.cos(2 * np.pi * 7.89 * F * t))
 
 
 def test_envelope_record():

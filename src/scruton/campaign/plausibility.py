@@ -152,7 +152,8 @@ def _uncertainty(campaign: Campaign) -> Iterator[Remark]:
             sd_of = f"the standard deviation of the {what.replace('_', ' ')} is"
             yield Remark(
                 Severity.DOUBT, "uncertainty", of, owner.name,
-                f"{sd_of} {share:.3g} % of its mean, above {most}; an interval or a percentage is none.",
+                f"{sd_of} {share:.3g} % of its mean, above {most}; wanted is one standard deviation, no interval and "
+                "no percentage.",
                 f"{sd_of} {{}} % of its mean, above {most},",
                 share, share / (100.0 * LARGEST_SD),
             )  # fmt: skip

@@ -17,6 +17,7 @@ from scruton.campaign.spelling import figure
 from scruton.campaign.thresholds import FAR
 from scruton.envelope import thresholds
 from scruton.envelope.clipping import CLIPPED
+from scruton.envelope.frequencies import apart_in_one_test, off_stated, too_coarse
 from scruton.envelope.inspection import Inspection
 from scruton.envelope.ringdown import DampingBand, RingDown
 from scruton.errors import InputError
@@ -48,52 +49,6 @@ def review(inspection: Inspection) -> list[Remark]:
     return slips + [note for note in notes if note.name not in of.get(note.kind, ())]
 
 
-def _frequency(inspection: Inspection) -> Iterator[Remark]:
-    """The line that was followed, against the frequency stated for the rig."""
-    for record, rig, test in inspection.records():
-        if record.is_envelope:
-            continue
-        line, stated = inspection.cycles[record.name].reference_frequency, rig.frequency.mean
-        limit = thresholds.STILL_FREQUENCY if test is None else thresholds.WIND_FREQUENCY
-        departure = abs(line / stated - 1.0)
-        if departure > limit:
-            where = "still air" if test is None else "wind"
-            yield Remark(
-                Severity.SERIOUS if departure > FAR * limit else Severity.DOUBT, "frequency", "record", record.name,
-                f"the line followed is at {line:.4g} Hz, {line / stated:.3g} times the f0 = {stated:.4g} Hz stated for "
-                f"rig {rig.name}, more than {100 * limit:.0f} % off in {where}: f0, the record's time, or another "
-                "motion than the section's.",
-                "the line followed is at {} times the f0 stated for its rig",
-                line / stated, max(departure / limit, abs(math.log(line / stated)) / limit),
-            )  # fmt: skip
-
-
-def _sampling(inspection: Inspection) -> Iterator[Remark]:
-    """Records that are sampled too coarsely for the frequency stated."""
-    for record, rig, _ in inspection.records():
-        if record.is_envelope:
-            continue
-        rate, f0 = inspection.qualities[record.name].sample_rate, rig.frequency.mean
-        if rate >= thresholds.FINE * f0:
-            continue
-        alias = rate < thresholds.NYQUIST * f0
-        line = inspection.cycles[record.name].reference_frequency
-        follows = (
-            f"a motion at f0 is seen as an alias, and the line followed at {line:.4g} Hz ({line / f0:.3g} times f0) "
-            "may be one"
-            if alias
-            else "a thinned record hides harmonics and clipping"
-        )
-        yield Remark(
-            Severity.SERIOUS if alias else Severity.DOUBT, "alias" if alias else "thinned", "record", record.name,
-            f"{rate:.4g} samples a second are {rate / f0:.2g} per cycle of the f0 = {f0:.4g} Hz stated for rig "
-            f"{rig.name}; below {thresholds.NYQUIST if alias else thresholds.FINE:g} {follows}.",
-            f"{{}} samples per cycle of f0 (below {thresholds.NYQUIST if alias else thresholds.FINE:g}: "
-            f"{'what is followed may be an alias' if alias else 'thinned'})",
-            rate / f0, (thresholds.NYQUIST if alias else thresholds.FINE) * f0 / rate,
-        )  # fmt: skip
-
-
 def _kind(inspection: Inspection) -> Iterator[Remark]:
     """A growth that was filed as a decay, or the reverse, by the exponential fitted to the envelope."""
     for record, _, _ in inspection.records():
@@ -108,9 +63,10 @@ def _kind(inspection: Inspection) -> Iterator[Remark]:
         rises = record.kind is Kind.GROWTH
         if (ratio < 1.0 / thresholds.TREND) if rises else (ratio > thresholds.TREND):
             word = "falls" if rises else "grows"
+            beat = "; two motions of nearly one frequency do that, by beating" if record.kind is Kind.FREE_DECAY else ""
             yield Remark(
                 Severity.SERIOUS, "kind", "record", record.name,
-                f'filed as "{record.kind.value}", but the amplitude {word} from {first:.3g} to {last:.3g}.',
+                f'filed as "{record.kind.value}", but the amplitude {word} from {first:.3g} to {last:.3g}{beat}.',
                 f'filed as "{record.kind.value}", but the amplitude {word}', ratio, max(ratio, 1.0 / ratio),
             )  # fmt: skip
 
@@ -349,9 +305,9 @@ def _damping(inspection: Inspection) -> Iterator[Remark]:
             continue
         sd = stated.or_relative_sd(inspection.stated_sd).sd or 0.0
         ratio = xi / stated.mean
-        sigmas = _sigmas(stated.mean, sd, ringdown)
+        sigmas, nearest = _miss(stated.mean, sd, ringdown)
         factor = thresholds.DAMPING_FACTOR
-        twice = not 1.0 / factor < ratio < factor
+        twice = not 1.0 / factor < nearest / stated.mean < factor
         far = f" and {figure(sigmas)} standard deviations from it" if sigmas > thresholds.SIGMAS else ""
         if sigmas > thresholds.SIGMAS or (twice and sigmas > 0.0):
             yield Remark(
@@ -365,16 +321,20 @@ def _damping(inspection: Inspection) -> Iterator[Remark]:
             )  # fmt: skip
 
 
-def _sigmas(stated: float, sd: float, ringdown: RingDown) -> float:
-    """Joint standard deviations by which a stated damping ratio misses every amplitude's; 0 where one shows it.
+def _miss(stated: float, sd: float, ringdown: RingDown) -> tuple[float, float]:
+    """Joint standard deviations by which a stated damping ratio misses every amplitude's, and the nearest of these.
 
-    Damping may vary with amplitude: what is stated at one of them contradicts nobody.
+    Damping may vary with amplitude: what is stated at one of them, or between two, contradicts nobody.
     """
     bands = [band for band in ringdown.bands if _error(band) < thresholds.CLEAR_BAND * abs(band.damping_ratio)]
     if not bands:
-        return abs(ringdown.damping_ratio - stated) / math.hypot(sd, ringdown.damping_ratio_sd)
+        xi = ringdown.damping_ratio
+        return abs(xi - stated) / math.hypot(sd, ringdown.damping_ratio_sd), xi
     misses = [(band.damping_ratio - stated) / math.hypot(sd, _error(band)) for band in bands]
-    return 0.0 if min(misses) <= 0.0 <= max(misses) else min(abs(miss) for miss in misses)
+    if min(misses) <= 0.0 <= max(misses):
+        return 0.0, stated
+    nearest = min(range(len(bands)), key=lambda k: abs(misses[k]))
+    return abs(misses[nearest]), bands[nearest].damping_ratio
 
 
 def _error(band: DampingBand) -> float:
@@ -391,5 +351,6 @@ def _amplitude(inspection: Inspection) -> Iterator[Remark]:
 
 
 CHECKS: tuple[Callable[[Inspection], Iterator[Remark]], ...] = (
-    _frequency, _sampling, _kind, _levels, _steady_levels, _sweep_levels, _stated_level, _damping, _amplitude,
+    off_stated, too_coarse, apart_in_one_test, _kind, _levels, _steady_levels, _sweep_levels, _stated_level, _damping,
+    _amplitude,
 )  # fmt: skip

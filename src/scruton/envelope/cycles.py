@@ -192,7 +192,7 @@ def _cut(time: FloatArray, frequency: float, name: str) -> Windows:
     step = sampling(time).step
     per_cycle = 1.0 / (frequency * step)
     if per_cycle < 5.999:
-        raise InputError(name, "", f"{per_cycle:.1f} samples per cycle at {frequency:.4g} Hz",
+        raise InputError(name, "", f"{min(per_cycle, 5.9):.1f} samples per cycle at {frequency:.4g} Hz",
                          "at least six samples per cycle")  # fmt: skip
     cycles = float(time[-1] - time[0]) * frequency
     if cycles > 5.0 * len(time) + 1e6:

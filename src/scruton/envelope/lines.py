@@ -12,6 +12,10 @@ from scruton.envelope.types import Cycles
 _LONGEST = 2**19  # samples that the spectrum looks at
 
 
+_MAINS = (50.0, 60.0)  # Hz; they wander by less than the tolerance
+_WANDER = 0.3
+
+
 @dataclass(frozen=True)
 class Line:
     """A spectral line besides the main one.
@@ -23,6 +27,11 @@ class Line:
     frequency: float
     relative: float
     harmonic: int = 0
+
+    def mains(self, sample_rate: float) -> float:
+        """Frequency of the mains [Hz] that the line is, or is an alias of, at this sample rate; 0 of any other."""
+        seen = {hum: abs(hum - sample_rate * round(hum / sample_rate)) for hum in _MAINS}
+        return next((hum for hum, line in seen.items() if abs(self.frequency - line) < _WANDER), 0.0)
 
 
 def second_line(time: FloatArray, response: FloatArray, cycles: Cycles) -> Line | None:
@@ -112,8 +121,9 @@ def _far(time: FloatArray, response: FloatArray, cycles: Cycles) -> Line | None:
     if height[k] < STANDS_OUT * np.median(around):
         return None
     order = round(grid[k] / f)
-    width = max(0.02 * f, 3.0 / (t[-1] - t[0]))
-    harmonic = order if order >= 2 and abs(grid[k] - order * f) < order * width else 0
+    # the main frequency may drift by a hundredth; of a high order, that is far
+    near = abs(grid[k] - order * f) < 0.01 * order * f + 1.5 / (t[-1] - t[0])
+    harmonic = order if order >= 2 and near else 0
     # the demodulation, interpolated, has taken a part of the line along
     taken = float(np.sinc(grid[k] / f - 1.0) ** 3)
     return Line(float(grid[k]), float(height[k]) / top / (1.0 - taken), harmonic)

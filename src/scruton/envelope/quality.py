@@ -14,7 +14,7 @@ from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.lines import Line, second_line
 from scruton.envelope.relaxation import Relaxation, relaxation
 from scruton.envelope.ringdown import weighted_line
-from scruton.envelope.sampling import Sampling, quantum_of, run_lengths, sampling
+from scruton.envelope.sampling import Sampling, held_for, quantum_of, run_lengths, sampling
 from scruton.envelope.standing import Swing, beats, swing
 from scruton.envelope.types import Cycles
 from scruton.envelope.windows import Windows, cut
@@ -235,6 +235,12 @@ def _signal_remarks(record: Record, cycles: Cycles, line: Line | None) -> Iterat
             f"the signal is clipped {side}: samples pile up at the extreme reading, and amplitudes look too small.",
             f"the signal is clipped {side} (samples pile up at the extreme reading)",
         )  # fmt: skip
+    if (held := held_for(record.response)) > 1:
+        yield _note(
+            record, "held",
+            f"every reading stands for {held} samples, as a rule: the sensor is slower than the sampling, and late.",
+            "every reading stands for {} samples, as a rule,", held, held,
+        )  # fmt: skip
     offset, drift = _offset_and_drift(record, cycles)
     if abs(offset) > thresholds.OFFSET * largest:
         yield _note(
@@ -254,14 +260,20 @@ def _signal_remarks(record: Record, cycles: Cycles, line: Line | None) -> Iterat
         )  # fmt: skip
     change, low, high = _frequency_drift(cycles)
     if change > thresholds.FREQUENCY_DRIFT:
+        still = "the stiffness depends on the amplitude, or changes"
+        why = still if record.kind is Kind.FREE_DECAY else "stiffness, wind speed or lock-in changes"
         yield _note(
             record, "frequency drift",
-            f"the frequency drifts by {100 * change:.1f} %, between {low:.4g} and {high:.4g} Hz; stiffness, wind speed "
-            "or lock-in changes while the record runs.",
+            f"the frequency drifts by {100 * change:.1f} %, between {low:.4g} and {high:.4g} Hz; "
+            f"{why} while the record runs.",
             "the frequency drifts by {} %", 100.0 * change, change / thresholds.FREQUENCY_DRIFT,
         )  # fmt: skip
     if line is not None and line.relative > thresholds.SECOND_LINE:
         what = f"the harmonic of order {line.harmonic}" if line.harmonic else "another motion or pick-up"
+        if hum := line.mains(1.0 / sampling(record.time).step):
+            what = (
+                f"the mains of {hum:g} Hz" if abs(line.frequency - hum) < 1.0 else f"an alias of the mains, {hum:g} Hz"
+            )
         yield _note(
             record, "second line",
             f"a second line at {line.frequency:.4g} Hz has {100 * line.relative:.0f} % of the height of the main one "
@@ -306,8 +318,9 @@ def _piled_up(response: FloatArray, sign: float, sine: Callable[[], FloatArray] 
     per_cycle = np.median(windows.stop - windows.first)
     at_top = y >= top - 1e-9 * top
     # a rounded sine, too, repeats its largest reading, as long as it stays within half a quantum of it
-    honest = per_cycle / np.pi * np.sqrt(2.0 * min(quantum_of(y), top) / top)
-    if np.max(run_lengths(at_top)) >= max(thresholds.RUN, 1.3 * honest + 2.0):
+    held = held_for(y)
+    honest = per_cycle / held / np.pi * np.sqrt(2.0 * min(quantum_of(y), top) / top)
+    if np.max(run_lengths(at_top)) >= held * max(thresholds.RUN, 1.3 * honest + 2.0):
         return True
     if sine is None:
         return False

@@ -69,6 +69,17 @@ def quantum_of(response: FloatArray) -> float:
     return 0.0
 
 
+def held_for(response: FloatArray) -> int:
+    """Number of samples that a reading stands for, as a rule: more than one where a sensor is slower than the clock.
+
+    Readings that rounding repeats change by one quantum, those that are held by many.
+    """
+    changes = np.flatnonzero(np.diff(response))
+    if len(changes) < 2 or np.median(np.abs(np.diff(response)[changes])) < 2.0 * quantum_of(response):
+        return 1
+    return int(np.median(np.diff(changes)))
+
+
 def run_lengths(flag: BoolArray) -> IntArray:
     """Lengths of the runs of true values."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flag, [False]])))

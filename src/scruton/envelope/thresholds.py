@@ -57,6 +57,9 @@ STATED_SD = 0.1  # relative, of a damping ratio that is stated without a standar
 STILL_FREQUENCY = 0.02  # of f0: a rig is retuned by less, and amplitude moves it by less, between stating and plucking
 ANOTHER_MOTION = 0.2  # of f0, as NEAR: no section is retuned by more, nor does anybody mistype its frequency so
 WIND_FREQUENCY = 0.08  # of f0: added mass and lock-in of the sections at hand move it by up to 3 %
+ONE_TEST = (
+    0.02  # range of the frequencies of one test: a stiffness that bends by 1 % between growth and decay is at most that
+)
 FINE = 8.0  # samples per stated cycle: six is what demodulation needs, and a thinned record has no harmonic to check
 NYQUIST = 2.2  # samples per stated cycle: below, with the filter's margin, a line is an alias
 TREND = 1.1  # of the first amplitude: growths of a tenth are no turbulence that a fitted exponential follows

@@ -73,5 +73,6 @@ def _spread(quantity: Quantity, what: str, of: str, name: str) -> Iterator[Remar
         said = text.format(f"{100.0 * share:.3g}")
         yield Remark(
             Severity.DOUBT, f"{what} uncertainty", of, name,
-            f"{said}; an interval or a percentage is none.", f"{text},", 100.0 * share, share / most,
+            f"{said}; wanted is one standard deviation, no interval and no percentage.",
+            f"{text},", 100.0 * share, share / most,
         )  # fmt: skip
