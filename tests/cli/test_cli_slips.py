@@ -40,10 +40,10 @@ LINE = (
 @pytest.mark.parametrize(
     ("slip", "flag"),
     [
-        (("mean = 0.0065", "mean = 0.65"), "the ring-downs show a damping of 0.65 %, 0.01 times the 65 % stated"),
+        (("mean = 0.0065", "mean = 0.065"), "the ring-downs show a damping of 0.65 %, 0.1 times the 6.5 % stated"),
         (("7.87 Hz", "8.6 Hz"), "rig 6#: its free decays ring at 7.87 Hz, 0.915 times the f0 = 8.6 Hz stated"),
     ],
-    ids=["0.65", "8.6 Hz"],
+    ids=["0.065", "8.6 Hz"],
 )
 def test_a_slip_is_in_check_and_among_the_flags_of_the_fit(with_slip, tmp_path, slip, flag, capsys):
     folder = with_slip(*slip)
@@ -65,13 +65,19 @@ def test_a_slip_is_in_check_and_among_the_flags_of_the_fit(with_slip, tmp_path, 
     [
         (("7.87 Hz", "78.7 Hz"), {}, LINE, "campaign.toml: rigs[0].frequency: found 78.7 Hz; wanted the f0"),
         (
+            ("mean = 0.0065", "mean = 0.65"),
+            {},
+            "serious: rig 6#: the ring-downs show a damping of 0.65 %, 0.01 times the 65 % stated",
+            "campaign.toml: rigs[0].damping_ratio: found 0.65, 100 times the 0.006",
+        ),
+        (
             (),
             {"record": "decay.csv", "change": resampled},
             "decay.csv: the line followed is at 0.6309 Hz, 0.0802 times",
             "decay.csv: tests[0].records[0]: found a line at 0.6309 Hz, 0.08 times the f0 of its rig",
         ),
     ],
-    ids=["78.7 Hz", "8.5 samples a second"],
+    ids=["78.7 Hz", "65 %", "8.5 samples a second"],
 )
 def test_a_slip_that_nothing_can_be_fitted_with_is_refused_before_any_work(
     with_slip, tmp_path, slip, kwargs, said, refused, capsys

@@ -35,6 +35,27 @@ def held(after, value):
     return lambda time, response: (time, np.where(time < after, response, value))
 
 
+def held_first(seconds, noise=1e-3):
+    """A model that is held before it is let go, under the noise of its sensor."""
+
+    def change(time, response):
+        step, rng = float(np.median(np.diff(time))), np.random.default_rng(3)
+        before = np.arange(round(seconds / step)) * step
+        whole = np.concatenate([np.zeros(before.size), response])
+        return np.arange(whole.size) * step, whole + noise * np.ptp(response) * rng.standard_normal(whole.size)
+
+    return change
+
+
+def spoiled(at, size):
+    def change(time, response):
+        response = response.copy()
+        response[np.searchsorted(time, at)] += size * np.ptp(response)
+        return time, response
+
+    return change
+
+
 def rounded(part):
     return lambda time, response: (time, part * np.ptp(response) * np.round(response / (part * np.ptp(response))))
 
@@ -97,11 +118,15 @@ CM, LEVEL = "time [s],displacement [cm]", ("stable_amplitude = 0.0292\n", "")
         ({"record": "still.csv", "change": held(4.0, 0.3)}, [("dead", "still.csv", DOUBT)]),
         ({"record": "still.csv", "change": held(7.0, 0.0)}, [("dead", "still.csv", DOUBT)]),
         ({"record": "still.csv", "change": rounded(2e-5)}, []),
+        ({"record": "decay.csv", "change": held_first(1.5)}, [("held model", "decay.csv", DOUBT)]),
+        ({"record": "still.csv", "change": held_first(2.0)}, [("held model", "still.csv", DOUBT)]),
+        ({"record": "growth.csv", "change": spoiled(4.0, 2.0)}, [("outlier", "growth.csv", DOUBT)]),
+        ({"record": "growth.csv", "change": spoiled(4.0, 0.05)}, []),
     ],
     ids=[
         "8.5 Hz", "50 Hz", "cm", "gain 1.4", "gain 0.6", "gain 1.1", "clock 1.03",
         "clock 1.01", "still cm", "zeros", "constant", "few zeros",
-        "rounded",
+        "rounded", "held", "still held", "spoiled", "hardly spoiled",
     ],
 )  # fmt: skip
 def test_a_slip_in_a_record(with_slip, slip, remarks):

@@ -8,7 +8,7 @@ import xarray as xr
 
 from scruton.campaign.schema import Motion
 from scruton.infer.cards import load_card
-from scruton.infer.fit import unconstrained
+from scruton.infer.flagged import unconstrained
 from scruton.infer.joint import (
     Joint,
     joint_draws,

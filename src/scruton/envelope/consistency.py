@@ -26,7 +26,7 @@ from scruton.said import damping, said
 # What a record of another kind, level or length than it is filed as would also be noted for.
 CAUSES = ("kind", "stated level")
 CONSEQUENCES = ("decay start", "growth start", "length")
-LEFT_OUT = ("dead", CLIPPED)  # what leaves gaps in a record
+LEFT_OUT = ("dead", "outlier", CLIPPED)  # what leaves gaps in a record
 _TRANSIENTS = (Kind.GROWTH, Kind.DECAY)
 
 
@@ -72,16 +72,29 @@ def _kind(inspection: Inspection) -> Iterator[Remark]:
 
 
 def check_units(inspection: Inspection) -> None:
-    """InputError for the first of the records that `of_other_units` tells."""
+    """InputError for the first of what `of_other_units` tells."""
     for fault in of_other_units(inspection):
         raise fault
 
 
 def of_other_units(inspection: Inspection) -> Iterator[InputError]:
-    """What is wrong with records in wind that can only have another unit, of time or amplitude: nothing fits them.
+    """What can only have another unit, so that nothing fits it: a damping ratio, time or amplitude of a record in wind.
 
-    Their line is at another frequency altogether than the rig's, or their test's other records stand at another level.
+    The ring-downs show another damping altogether; the record's line is at another frequency altogether than the
+    rig's, or the test's other records stand at another level.
     """
+    for number, rig in enumerate(inspection.campaign.rigs):
+        ringdown = inspection.ringdowns.get(rig.name)
+        if ringdown is None or rig.damping_ratio is None:
+            continue
+        stated = rig.damping_ratio.mean
+        _, nearest = _miss(stated, 0.0, ringdown)
+        if nearest > 0.0 and not 1.0 / thresholds.ANOTHER_DAMPING < stated / nearest < thresholds.ANOTHER_DAMPING:
+            yield InputError(
+                inspection.campaign.path, f"rigs[{number}].damping_ratio",
+                f"{stated:g}, {figure(stated / nearest)} times the {nearest:.3g} of its ring-downs",
+                "a ratio, of which per cent are a hundred times as many, or ring-downs of this rig",
+            )  # fmt: skip
     for record, rig, test in inspection.records():
         line, stated = inspection.cycles[record.name].reference_frequency, rig.frequency.mean
         if test is not None and not 1.0 / thresholds.ANOTHER_UNIT < line / stated < thresholds.ANOTHER_UNIT:

@@ -271,9 +271,8 @@ def _signal_remarks(record: Record, cycles: Cycles, line: Line | None) -> Iterat
     if line is not None and line.relative > thresholds.SECOND_LINE:
         what = f"the harmonic of order {line.harmonic}" if line.harmonic else "another motion or pick-up"
         if hum := line.mains(1.0 / sampling(record.time).step):
-            what = (
-                f"the mains of {hum:g} Hz" if abs(line.frequency - hum) < 1.0 else f"an alias of the mains, {hum:g} Hz"
-            )
+            alias = "" if abs(line.frequency - hum) < 1.0 else "an alias of "
+            what = f"{alias}the mains of {hum:g} Hz, which a `band` of the record leaves out"
         yield _note(
             record, "second line",
             f"a second line at {line.frequency:.4g} Hz has {100 * line.relative:.0f} % of the height of the main one "

@@ -1,4 +1,4 @@
-"""Stretches that do not move amid motion: padding, a model that is still held, a channel that drops out."""
+"""Samples that are no motion: padding, a model that is still held, a channel that drops out, single outliers."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -7,9 +7,9 @@ import numpy as np
 
 from scruton.arrays import BoolArray
 from scruton.campaign.remarks import Remark, Severity
-from scruton.campaign.schema import Campaign, Record, Rig
+from scruton.campaign.schema import Campaign, Kind, Record, Rig
 from scruton.envelope.sampling import quantum_of
-from scruton.envelope.thresholds import HELD, MOVES
+from scruton.envelope.thresholds import FEWEST_HELD, HELD, LET_GO, MOST_OUTLIERS, MOVES, OUTLIES, OUTLIES_MOTION
 
 LeftOut = tuple[BoolArray, Remark]  # which samples, (N,), and what is said of them
 
@@ -29,7 +29,34 @@ def moving(campaign: Campaign) -> Campaign:
         )
         return still, Remark(Severity.DOUBT, "dead", "record", record.name, told, alike, share)
 
-    return without_samples(campaign, still)
+    return without_samples(without_samples(without_samples(campaign, still), _not_let_go), _outlying)
+
+
+def _not_let_go(record: Record, frequency: float) -> LeftOut | None:
+    gone = before_release(record, frequency)
+    if not gone.any():
+        return None
+    why = "the model is held until then; that part is left out"
+    told = f"nothing moves but the noise until {record.time[~gone][0]:.4g} s, and then at once at its largest: {why}."
+    alike = f"nothing moves but the noise for the first {{}} % of the record, and then at once at its largest: {why},"
+    share = 100.0 * float(np.mean(gone))
+    return gone, Remark(Severity.DOUBT, "held model", "record", record.name, told, alike, share)
+
+
+def _outlying(record: Record, frequency: float) -> LeftOut | None:
+    out = outliers(record)
+    if not out.any():
+        return None
+    at, half = record.time[out], 0.5 / frequency
+    near = np.searchsorted(at, record.time - half) < np.searchsorted(at, record.time + half, side="right")
+    count = int(np.count_nonzero(out))
+    what, first = (f"{count} readings lie", "the first ") if count > 1 else ("a reading lies", "")
+    told = (
+        f"{what} far off those before and after, {first}at {at[0]:.4g} s; the cycles there are left out of what is "
+        "fitted."
+    )
+    alike = "{} readings lie far off those before and after (the cycles there are left out of what is fitted)"
+    return near, Remark(Severity.DOUBT, "outlier", "record", record.name, told, alike, count)
 
 
 def without_samples(campaign: Campaign, rule: Callable[[Record, float], LeftOut | None]) -> Campaign:
@@ -76,3 +103,44 @@ def standing_still(record: Record, frequency: float) -> BoolArray:
         ):
             still[begin:end] = True
     return still
+
+
+def before_release(record: Record, frequency: float) -> BoolArray:
+    """Which samples of a decay come before the model is let go, (N,): noise, and then at once the largest motion.
+
+    A growth may well begin with noise, and a model that is pulled before it is let go moves: these stay as they are.
+    """
+    none = np.zeros(record.time.size, dtype=bool)
+    if record.kind not in (Kind.DECAY, Kind.FREE_DECAY) or record.is_envelope or not np.isfinite(record.response).all():
+        return none
+    cycle = max(3, round(float((record.time.size - 1) / (record.time[-1] - record.time[0])) / frequency))
+    whole = record.response[: record.time.size // cycle * cycle].reshape(-1, cycle)
+    if len(whole) < 2 * FEWEST_HELD:
+        return none
+    swept = np.ptp(whole, axis=1)
+    first = int(np.argmax(swept > 0.5 * swept.max()))  # cycle
+    if first < FEWEST_HELD or not swept[: first - 1].max() * LET_GO < swept.max():
+        return none
+    quiet = whole[: first - 1]  # the release may be in the cycle before
+    moves = np.abs(record.response - quiet.mean()) > np.ptp(quiet)
+    moves[: (first - 1) * cycle] = False
+    none[: int(np.argmax(moves))] = True
+    return none
+
+
+def outliers(record: Record) -> BoolArray:
+    """Which samples of a record lie far off the cubic through the two on either side, (N,); none where many seem to.
+
+    So do single readings that a plug or a transmission spoils. The readings beside one are not taken for another.
+    """
+    y, out = record.response, np.zeros(record.response.size, dtype=bool)
+    if record.is_envelope or y.size < 64 or not np.isfinite(y).all():
+        return out
+    off = np.abs(y[2:-2] - (4.0 * (y[1:-3] + y[3:-1]) - y[:-4] - y[4:]) / 6.0)
+    usual, moved = float(np.quantile(off, 0.99)), float(np.ptp(np.quantile(y, [0.005, 0.995])))
+    far = off > max(OUTLIES * usual, OUTLIES_MOTION * moved)
+    # the cubic beside a spoiled reading is off by two thirds of it
+    padded = np.pad(off, 2)
+    largest = np.max([padded[k : k + off.size] for k in range(5)], axis=0)
+    out[2:-2] = far & (off == largest)
+    return out if np.count_nonzero(out) <= MOST_OUTLIERS else np.zeros_like(out)

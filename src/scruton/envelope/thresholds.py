@@ -79,10 +79,16 @@ STILL_MOVES = 0.05
 BAND_FLOOR = 0.02  # relative error of a band of damping that its scatter cannot show
 CLEAR_BAND = 0.1  # relative standard error above which a band of damping contradicts nobody
 SIGMAS = 3.0  # joint standard deviations
+ANOTHER_DAMPING = 30.0  # factor from which per cent, a hundred times a ratio, or another rig's are stated
 DAMPING_FACTOR = 2.0  # factor by which damping never changes between stating and plucking
 # Stretches that stand still amid motion: cycles (a wave that is clipped hard stands for half of one), and quanta that
 # the cycle beside them moves by (a decay that sinks into its rounding moves by one or two).
 HELD, MOVES = 1.0, 8.0
+# A model that is held before it is let go: cycles of noise alone, and how many times that noise it moves at once then.
+FEWEST_HELD, LET_GO = 3, 5.0
+# Single readings far off: times what one in a hundred is off, and of the range that the record moves over. More than so
+# many are no slips of the cable but something of the motion.
+OUTLIES, OUTLIES_MOTION, MOST_OUTLIERS = 8.0, 0.25, 10
 
 # Records in wind that are of no vortex-induced vibration: from five standard deviations of the prior of the first
 # amplitude (A/D or rad) the filter is asked for what its model excludes.

@@ -30,12 +30,12 @@ from scruton.infer.damping import (
     varying_of,
 )
 from scruton.infer.derived import derive
+from scruton.infer.flagged import departing, lock_in_not_used, set_apart, unconstrained
 from scruton.infer.front import damping_varies, front_ends_of, ringdowns_of
 from scruton.infer.joint import (
     RIG,
     SCALES,
     TEST,
-    Joint,
     joint_draws,
     left_at_prior,
     reference_remark,
@@ -52,7 +52,7 @@ from scruton.infer.speeds import fit_speeds
 from scruton.infer.stated import off_stated
 from scruton.infer.steady import SteadyVerdict, judge_steady, judge_swings, steady_posterior
 from scruton.infer.store import convergence_frame
-from scruton.infer.thresholds import BARELY_MOVED, DEPARTS, NOT_WHITE, STEADY_FLOOR
+from scruton.infer.thresholds import NOT_WHITE, STEADY_FLOOR
 from scruton.infer.tree import build_tree, convergence_group, provenance_of_fit, summarise
 from scruton.progress import Progress
 from scruton.stats import whiteness
@@ -131,6 +131,7 @@ def fit_campaign(
         *misfits,
         *varying_damping(campaign, rigs, tests),
         *departing(tests),
+        *set_apart(tests),
         *lock_in_not_used(tests),
         *([remark] if joint and (remark := joint.weights.flag or reference_remark(joint.weights)) else []),
     ]
@@ -348,42 +349,4 @@ def misfit(tests: Sequence[TestResult]) -> list[str]:
         f"test {test}: the innovations of the filter are not white ({'; '.join(what)}); the law or the noise of the "
         "model is not that of the records, `scruton criticise` says more"
         for test, what in not_white.items()
-    ]
-
-
-def lock_in_not_used(tests: Sequence[TestResult]) -> list[str]:
-    """Why of lock-in records the mean alone is used; what transients are used for a review of the records says."""
-    kinds = {record.name: record.kind for result in tests for record in result.test.records}
-    verdicts = (verdict for result in tests for verdict in result.steady)
-    return [v.explain() for v in verdicts if kinds[v.record] is Kind.STEADY and not v.usable]
-
-
-def departing(tests: Sequence[TestResult]) -> list[str]:
-    """Tests whose drift is not that of the reference law."""
-    flags = []
-    for result in tests:
-        scale = result.derived["departure_scale"]
-        if result.posterior.data.size and float(np.quantile(scale, 0.05)) > DEPARTS:
-            flags.append(
-                f"test {result.test.name}: the drift leaves the reference law by {np.median(scale):.0%} one e-fold "
-                "from the stable amplitude; Y1, epsilon and the relaxation rate under that law alone describe these "
-                "records badly"
-            )
-    return flags
-
-
-def unconstrained(sampled: Sampled, joint: Joint) -> list[str]:
-    """Tests whose relaxation rate neither a transient record tells nor the curve that several rigs share."""
-    scale = sampled.card.prior("relaxation_ratio", sampled.campaign.section.motion).scale
-    told = [
-        name for name, draws in joint.tests.items() if np.log(draws["relaxation_rate"]).std() < BARELY_MOVED * scale
-    ]
-    alone = (result.test.name for result in sampled.tests if not result.posterior.data.size)
-    names = [name for name in alone if name not in told]
-    if not names:
-        return []
-    return [
-        f"{'tests' if len(names) > 1 else 'test'} {', '.join(names)}: no growth or decay record that tells of "
-        "damping. The others give the stable amplitude alone; the relaxation rate, and with it Y1, epsilon and "
-        "amplitudes at other Scruton numbers, rest on the prior"
     ]

@@ -28,6 +28,9 @@ STATED_OFF = 1.04  # ratio
 # The reference law does not hold where the drift departs from it by this, one e-fold from the stable amplitude, with
 # 95 % certainty.
 DEPARTS = 0.1  # over the drift
+# Records of one test are not of one wind where their stable amplitudes scatter by this with 95 % certainty: a wind that
+# is set anew to 0.3 % moves them by 1 % at most.
+SET_APART = 0.01
 # A law that holds displaces what is known of the structural damping less than chance does in one campaign of a hundred.
 DISPLACED = 0.01  # p-value
 # A rig whose stable amplitude is off what every other rig foretells by more, with 95 % certainty, is named, where the

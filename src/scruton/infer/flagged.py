@@ -1,0 +1,63 @@
+"""What a fit says of tests that its model does not describe, or of which records say too little."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from scruton.campaign.schema import Kind
+from scruton.infer.joint import Joint
+from scruton.infer.results import Sampled, TestResult
+from scruton.infer.thresholds import BARELY_MOVED, DEPARTS, SET_APART
+
+
+def lock_in_not_used(tests: Sequence[TestResult]) -> list[str]:
+    """Why of lock-in records the mean alone is used; what transients are used for a review of the records says."""
+    kinds = {record.name: record.kind for result in tests for record in result.test.records}
+    verdicts = (verdict for result in tests for verdict in result.steady)
+    return [v.explain() for v in verdicts if kinds[v.record] is Kind.STEADY and not v.usable]
+
+
+def departing(tests: Sequence[TestResult]) -> list[str]:
+    """Tests whose drift is not that of the reference law."""
+    flags = []
+    for result in tests:
+        scale = result.derived["departure_scale"]
+        if result.posterior.data.size and float(np.quantile(scale, 0.05)) > DEPARTS:
+            flags.append(
+                f"test {result.test.name}: the drift leaves the reference law by {np.median(scale):.0%} one e-fold "
+                "from the stable amplitude; Y1, epsilon and the relaxation rate under that law alone describe these "
+                "records badly"
+            )
+    return flags
+
+
+def set_apart(tests: Sequence[TestResult]) -> list[str]:
+    """Tests whose records differ in their stable amplitudes by more than winds that are set anew."""
+    flags = []
+    for result in tests:
+        scatter = result.derived["set_point_scatter"]
+        if result.posterior.data.size and float(np.quantile(scatter, 0.05)) > SET_APART:
+            flags.append(
+                f"test {result.test.name}: its records stand at amplitudes that scatter by "
+                f"{100.0 * np.median(scatter):.2g} %, more than a wind that is set anew for each explains: a gain, a "
+                "unit or the wind of one of them. The stable amplitude is a mean of theirs, and may be that of none; "
+                "`scruton diagnose` says more"
+            )
+    return flags
+
+
+def unconstrained(sampled: Sampled, joint: Joint) -> list[str]:
+    """Tests whose relaxation rate neither a transient record tells nor the curve that several rigs share."""
+    scale = sampled.card.prior("relaxation_ratio", sampled.campaign.section.motion).scale
+    told = [
+        name for name, draws in joint.tests.items() if np.log(draws["relaxation_rate"]).std() < BARELY_MOVED * scale
+    ]
+    alone = (result.test.name for result in sampled.tests if not result.posterior.data.size)
+    names = [name for name in alone if name not in told]
+    if not names:
+        return []
+    return [
+        f"{'tests' if len(names) > 1 else 'test'} {', '.join(names)}: no growth or decay record that tells of "
+        "damping. The others give the stable amplitude alone; the relaxation rate, and with it Y1, epsilon and "
+        "amplitudes at other Scruton numbers, rest on the prior"
+    ]
