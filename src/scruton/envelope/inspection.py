@@ -13,7 +13,7 @@ from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.natural_frequency import retuned
 from scruton.envelope.quality import RecordQuality, assess
 from scruton.envelope.ringdown import RingDown, ring_down
-from scruton.envelope.stillness import moving
+from scruton.envelope.stillness import moving, unspoiled
 from scruton.envelope.thresholds import FALLS, NYQUIST, STATED_SD
 from scruton.envelope.transient import front_end_cycles
 from scruton.envelope.types import Cycles
@@ -120,7 +120,8 @@ def usable(
     plucks : bool
         Whether still-air records that oscillate but show no damping are set aside, too.
     clipped : bool
-        Whether cycles that the sensor cut off are kept, and growths whole that fall first: a diagnosis needs them.
+        Whether cycles that the sensor cut off or spoiled are kept, and growths whole that fall first: a diagnosis
+        needs them.
 
     Returns
     -------
@@ -135,7 +136,7 @@ def usable(
         altogether than stated (`retuned`).
     """
     campaign = moving(campaign)
-    campaign, cycles = _sifted(campaign if clipped else unclipped(campaign), source, strict, plucks)
+    campaign, cycles = _sifted(campaign if clipped else unclipped(unspoiled(campaign)), source, strict, plucks)
     tuned = retuned(campaign, cycles, refuse=plucks)
     if tuned is not campaign:
         campaign, cycles = _sifted(tuned, source, strict, plucks)

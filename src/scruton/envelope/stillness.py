@@ -29,7 +29,12 @@ def moving(campaign: Campaign) -> Campaign:
         )
         return still, Remark(Severity.DOUBT, "dead", "record", record.name, told, alike, share)
 
-    return without_samples(without_samples(without_samples(campaign, still), _not_let_go), _outlying)
+    return without_samples(without_samples(campaign, still), _not_let_go)
+
+
+def unspoiled(campaign: Campaign) -> Campaign:
+    """The campaign without the cycles of its records in which single readings lie far off, which its remarks tell."""
+    return without_samples(campaign, _outlying)
 
 
 def _not_let_go(record: Record, frequency: float) -> LeftOut | None:
@@ -131,7 +136,8 @@ def before_release(record: Record, frequency: float) -> BoolArray:
 def outliers(record: Record) -> BoolArray:
     """Which samples of a record lie far off the cubic through the two on either side, (N,); none where many seem to.
 
-    So do single readings that a plug or a transmission spoils. The readings beside one are not taken for another.
+    So do single readings that a plug or a transmission spoils. Those beside one are not taken for another, nor is a
+    step, on either side of which readings differ by as much.
     """
     y, out = record.response, np.zeros(record.response.size, dtype=bool)
     if record.is_envelope or y.size < 64 or not np.isfinite(y).all():
@@ -142,5 +148,5 @@ def outliers(record: Record) -> BoolArray:
     # the cubic beside a spoiled reading is off by two thirds of it
     padded = np.pad(off, 2)
     largest = np.max([padded[k : k + off.size] for k in range(5)], axis=0)
-    out[2:-2] = far & (off == largest)
+    out[2:-2] = far & (off == largest) & (np.abs(y[3:-1] - y[1:-3]) < 0.5 * off)
     return out if np.count_nonzero(out) <= MOST_OUTLIERS else np.zeros_like(out)
