@@ -219,7 +219,7 @@ def test_a_harmonic_is_called_one():
 
 @pytest.mark.parametrize(
     ("frequency", "rate", "name"),
-    [(49.8, 256.0, "(the mains of 50 Hz"), (40.2, 100.0, "(an alias of the mains of 60 Hz")],
+    [(49.9, 256.0, "(the mains of 50 Hz"), (40.1, 100.0, "(an alias of the mains of 60 Hz")],
 )
 def test_the_mains_are_named(frequency, rate, name):
     t = np.arange(30 * int(rate)) / rate

@@ -12,8 +12,7 @@ from scruton.envelope.types import Cycles
 _LONGEST = 2**19  # samples that the spectrum looks at
 
 
-_MAINS = (50.0, 60.0)  # Hz; they wander by less than the tolerance
-_WANDER = 0.3
+_MAINS, WANDER = (50.0, 60.0), 0.15  # Hz, and how far from it a line may be seen
 
 
 @dataclass(frozen=True)
@@ -30,8 +29,13 @@ class Line:
 
     def mains(self, sample_rate: float) -> float:
         """Frequency of the mains [Hz] that the line is, or is an alias of, at this sample rate; 0 of any other."""
-        seen = {hum: abs(hum - sample_rate * round(hum / sample_rate)) for hum in _MAINS}
-        return next((hum for hum, line in seen.items() if abs(self.frequency - line) < _WANDER), 0.0)
+        seen = mains_seen(sample_rate)
+        return next((hum for hum, line in seen.items() if abs(self.frequency - line) < WANDER), 0.0)
+
+
+def mains_seen(sample_rate: float) -> dict[float, float]:
+    """Where the hum of each mains frequency shows in a record of this sample rate, as itself or folded [Hz]."""
+    return {hum: abs(hum - sample_rate * round(hum / sample_rate)) for hum in _MAINS}
 
 
 def second_line(time: FloatArray, response: FloatArray, cycles: Cycles) -> Line | None:

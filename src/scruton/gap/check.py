@@ -11,6 +11,7 @@ from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign, Record
 from scruton.dynamics.effects import Term
 from scruton.envelope import Cycles
+from scruton.envelope.lines import WANDER, mains_seen
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.thresholds import (
     BLOCKS,
@@ -180,6 +181,9 @@ def _line(record: Record, cycles: Cycles) -> SecondLine | None:
     use = (frequency > 0.3 * f0) & (frequency < 2.85 * f0)
     for k in (1, 2):
         use &= np.abs(frequency - k * f0) > max(4.0 * resolution, 0.08 * f0)
+    # The hum of the mains is in the reading, not in the motion.
+    for hum in mains_seen(1.0 / float(np.median(np.diff(t)))).values():
+        use &= np.abs(frequency - hum) > WANDER + resolution
     if np.count_nonzero(use) < 12:
         return None
     # The floor is local: turbulence drives the response, whose skirts are no line.
