@@ -34,7 +34,10 @@ def test_every_notebook_is_run():
     assert {path.stem for path in BOOKS.glob("*.ipynb")} == set(ORDER)
 
 
-@pytest.fixture(scope="module", params=[pytest.param("quick", marks=pytest.mark.thorough), pytest.param("default", marks=pytest.mark.slow)])
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param("quick", marks=pytest.mark.thorough), pytest.param("default", marks=pytest.mark.slow)],
+)
 def left(request, tmp_path_factory):
     """What the notebooks leave in their names, run beside a copy of the example; under a quick card, or as they are."""
     place = tmp_path_factory.mktemp("notebooks")
