@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from scruton.arrays import FloatArray
 from scruton.errors import InputError
 from scruton.sizing.thresholds import STROKE_TOLERANCE
-from scruton.sizing.tmd import TunedMass, den_hartog, positive, respond
+from scruton.sizing.tmd import TunedMass, den_hartog, positive, ratios_of, respond
 from scruton.sizing.tmd_draws import STROKE_QUANTILE, DamperDraws, Reality
 from scruton.sizing.tmd_real import respond_at
 
@@ -255,7 +255,7 @@ class TuningDraws(DamperDraws):
         steps = np.array([(0.0, 0.0), (_STEP, 0.0), (0.0, -_STEP), (0.0, _STEP)])
         if not (np.any(self._mass) or np.any(self._damping)):
             steps = steps[:1]
-        mu, f, zeta = np.array([(d.mass_ratio, d.frequency_ratio, d.damping_ratio) for d in dampers]).T[:, :, None]
+        mu, f, zeta = ratios_of(dampers)
         many = np.repeat(np.exp(steps), self._nodes.size, axis=0).T
         ratios = mu * many[0], f / (1.0 + np.tile(self._nodes, len(steps))), zeta * many[1]
         flaws = self.reality.flaws
