@@ -102,7 +102,6 @@ def test_pendulum_with_air_drag(shared_data):
     found = ring_down([demodulate(rows[:, 0], np.arctan2(rows[:, 1], -rows[:, 2]))])
     xi = 100 * found.structural_damping(np.array([0.27, 0.125]))
     np.testing.assert_allclose(xi, [0.306, 0.185], rtol=0.08)
-    assert found.linear.slope > 20 * found.linear.slope_sd
 
 
 def test_ship_model(shared_data):
