@@ -45,7 +45,7 @@ def test_what_a_good_record_looks_like():
     assert quality.frequency == pytest.approx(F, rel=1e-3)
     assert quality.amplitude_range == (pytest.approx(STABLE, rel=0.02), pytest.approx(3 * STABLE, rel=0.1))
     assert quality.stable_amplitude == pytest.approx(STABLE, rel=0.02)
-    assert quality.relaxation_time == pytest.approx(2.0, rel=0.02)
+    assert quality.relaxation.time == pytest.approx(2.0, rel=0.02)
     assert quality.signal_to_noise == pytest.approx(0.06 / np.sqrt(2) / 2e-4, rel=0.3)
     assert quality.second_line is None or quality.second_line.relative < 0.01
 

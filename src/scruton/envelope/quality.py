@@ -47,8 +47,6 @@ class RecordQuality:
         The strongest other line of the spectrum, if there is one.
     stable_amplitude : float
         As given, or from the exponential fitted to the envelope; NaN where neither applies (free decay).
-    relaxation_time : float
-        Of that exponential [s]; NaN for steady records.
     remarks : tuple of Remark
         What is to be said of the record by itself.
     relaxation : Relaxation or None
@@ -66,7 +64,6 @@ class RecordQuality:
     frequency: float
     second_line: Line | None
     stable_amplitude: float
-    relaxation_time: float
     remarks: tuple[Remark, ...]
     relaxation: Relaxation | None
     swing: Swing | None = None
@@ -136,7 +133,6 @@ def assess(
         frequency=cycles.reference_frequency,
         second_line=line,
         stable_amplitude=stable,
-        relaxation_time=relaxed.time if relaxed else float("nan"),
         remarks=tuple(remarks),
         relaxation=relaxed,
         swing=swung,

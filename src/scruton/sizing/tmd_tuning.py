@@ -148,7 +148,8 @@ class TuningDraws(DamperDraws):
         -------
         dampers : tuple of TunedMass
         lack : float
-            As `lack` gives it.
+            Logarithm of needed over added damping at the draw that decides on the risk, or of the stroke over its
+            limit, the greater; 0 or less keeps both.
         """
         from scipy.optimize import minimize
 
@@ -222,13 +223,6 @@ class TuningDraws(DamperDraws):
                 break
             best, left = other, lower
         return best
-
-    def lack(self, dampers: tuple[TunedMass, ...], risk: float) -> float:
-        """Logarithm of needed over added damping at the draw that decides on a risk, or of the stroke over its limit.
-
-        The greatest of them, at the errors of the frequency at which the risk is to be kept; 0 or less keeps all.
-        """
-        return max(self._lacks(dampers, risk))
 
     def _lacks(self, dampers: tuple[TunedMass, ...], risk: float | None) -> tuple[float, float]:
         """Logarithms of needed over added damping, as of `tune`, and of the stroke over its limit."""

@@ -250,10 +250,7 @@ def has_lock_in(fit: Fit) -> bool:
 def lock_in_plot(fit: Fit) -> FigureWithCaption:
     """Steady amplitudes of sweeps and tests by rig, with the bands of the smooth model where the fit has it."""
     wanted = {sweep.rig for sweep in fit.campaign.sweeps} | {test.rig for test in fit.campaign.tests}
-    used, scale = (
-        [rig.name for rig in fit.campaign.rigs if rig.name in wanted],
-        shown_in(fit.campaign.section.amplitude_unit)[0],
-    )
+    used = [rig.name for rig in fit.campaign.rigs if rig.name in wanted]
     styles = {name: style.line_style(i) for i, name in enumerate(used)}
     unit, smooth = fit.campaign.section.amplitude_unit, has_speeds(fit.tree)
     scale = shown_in(unit)[0]
