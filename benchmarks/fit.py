@@ -9,8 +9,9 @@ import numpy as np
 
 from benchmarks import problem
 from benchmarks.result import Figure
+from scruton.envelope import record_cycles
 from scruton.infer.cards import load_card
-from scruton.infer.fit import assemble, envelope, fit_campaign, fit_rig, fit_test
+from scruton.infer.fit import assemble, fit_campaign, fit_rig, fit_test
 from scruton.infer.models import WindPosterior
 from scruton.infer.results import Sampled
 from scruton.infer.sampling import Sampling
@@ -51,7 +52,7 @@ def run() -> list[Figure]:
         sampling = Sampling(card, seed)
         wall, start = time.perf_counter(), time.process_time()
         with emcee_calls() as calls:
-            cycles = {record.name: envelope(record, problem.FREQUENCY)}
+            cycles = {record.name: record_cycles(record, problem.FREQUENCY)}
             rig = fit_rig(campaign, campaign.rigs[0], cycles, None, sampling)
             test = fit_test(campaign, campaign.tests[0], rig, cycles, sampling)
         assemble(Sampled(campaign, card, cycles, {}, (rig,), (test,), None, ()), sampling, {})

@@ -11,20 +11,21 @@ from scruton.calibrate.challenge.case import simulate_case
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Campaign, Kind, Motion, Record, Rig, Section
 from scruton.dynamics.effects import CATALOGUE
+from scruton.envelope import record_cycles
 from scruton.gap import diagnosis
 from scruton.gap.attribute import Candidate
 from scruton.gap.bands import discrepancy_of_the_unknown
 from scruton.gap.check import check, second_lines
 from scruton.gap.data import load_gap
-from scruton.gap.diagnosis import diagnose, fit_null
+from scruton.gap.diagnosis import fit_null
 from scruton.gap.hypothesis import Hypothesis
 from scruton.gap.null_model import null_model
 from scruton.gap.screen import Screen
 from scruton.gap.sizes import found_parameters
 from scruton.gap.thresholds import LINE_NATS, SETTLED
-from scruton.infer.fit import envelope
 from scruton.simulate.motion import Noise
 from scruton.stats.laplace_check import importance_evidence
+from tests.gap.diagnosed import diagnose
 
 SEED = 8101
 
@@ -88,7 +89,7 @@ def test_a_line_that_does_not_matter_is_none(size, found):
     record = Record("still.csv", Path("still.csv"), Kind.FREE_DECAY, np.round(time, 4), response)
     rig = Rig("rig", Quantity(4.79), None, Quantity(0.001), (record,))
     campaign = Campaign(Path(), "", "", Section(Motion.HEAVING, 0.3, 0.05), (rig,))
-    lines = second_lines(campaign, {record.name: envelope(record, 4.79)})
+    lines = second_lines(campaign, {record.name: record_cycles(record, 4.79)})
     assert sum(line.ratio > LINE_NATS for line in lines) == found
 
 
@@ -183,7 +184,7 @@ def test_envelopes_without_a_waveform_will_do(name):
     campaign, _ = simulate_case(SEED, 6, name, 0.2)
 
     def bare(record, frequency):
-        cycles = envelope(record, frequency)
+        cycles = record_cycles(record, frequency)
         return replace(record, time=cycles.time, response=cycles.amplitude, is_envelope=True)
 
     rigs = [replace(r, records=tuple(bare(x, r.frequency.mean) for x in r.records)) for r in campaign.rigs]

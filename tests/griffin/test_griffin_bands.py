@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from scruton.errors import InputError
-from scruton.griffin import band, griffin_band, griffin_draws, trial_griffin_band, trial_griffin_draws
+from scruton.griffin import band, griffin_band, griffin_draws, trial_griffin_draws
 
 # Table 5 of the paper: Sc, A/D, d(D/A)/dSc
 TABLE_5 = ((1.93, 0.06551, 0.8927), (21.7, 0.0292, 0.7543), (78.1, 0.01106, 0.9583))
@@ -131,9 +131,8 @@ def test_reciprocal_turns_the_interval_over() -> None:
     assert found.reciprocal().unit == "A/D"
 
 
-def test_negative_scruton_numbers_are_kept_and_marked() -> None:
+def test_negative_scruton_numbers_are_kept() -> None:
     found = griffin_band(make_tree(spread=0.05), [-5.0, -0.1, 0.0, 3.0], "T0")
-    assert found.negative.tolist() == [True, True, False, False]
     assert (np.diff(found.median) < 0).all()
     assert np.isfinite(found.median).all()
 
@@ -174,20 +173,16 @@ def test_trial_function_gives_the_straight_line_of_the_paper() -> None:
     tree, rate, a_star, start = trial_tree()
     amplitude = np.linspace(0.07, start, 7)
     sc = 1.93 - 3000.0 * rate / (2 * np.pi * 8.0) * (1.0 - a_star / amplitude)
-    draws, (low, high) = trial_griffin_draws(tree, sc, "r.csv")
-    assert high == pytest.approx(start)
-    assert low == pytest.approx(a_star, rel=0.05)
+    draws = trial_griffin_draws(tree, sc, "r.csv")
     np.testing.assert_allclose(draws[0], amplitude, rtol=2e-4)
     assert (sc < 0).any()  # the sign is kept
 
 
-def test_trial_band_is_marked_beyond_the_records_amplitudes() -> None:
+def test_a_decay_says_nothing_below_its_stable_amplitude() -> None:
     tree, rate, a_star, start = trial_tree()
     amplitude = np.array([start * 1.3, start * 0.95, 0.08, a_star * 0.9])
     sc = 1.93 - 3000.0 * rate / (2 * np.pi * 8.0) * (1.0 - a_star / amplitude)
-    found = trial_griffin_band(tree, sc, "r.csv")
-    assert found.extrapolated.tolist() == [True, False, False, True]
-    assert np.isnan(found.median[-1])  # a decay says nothing below its stable amplitude
+    assert np.isnan(trial_griffin_draws(tree, sc, "r.csv")).any(axis=0).tolist() == [False, False, False, True]
 
 
 def test_a_record_without_trial_function_is_named() -> None:
@@ -213,7 +208,7 @@ def test_trial_band_of_a_steep_growth_is_the_papers_law(small_results):
     factor = float((tree["posterior"]["scruton_number"] / tree["posterior"]["damping_ratio"]).median())
     xi = float(tree["posterior"]["damping_ratio"].median())
     sc = factor * (xi + np.array([0.5, 2.0, 5.0]) * 6.0 / omega0)
-    draws, _ = trial_griffin_draws(tree, sc, name)
+    draws = trial_griffin_draws(tree, sc, name)
     np.testing.assert_allclose(np.nanmedian(draws, axis=0), 0.03 / (1 + np.array([0.5, 2.0, 5.0])), rtol=5e-3)
 
 

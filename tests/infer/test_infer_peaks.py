@@ -9,8 +9,9 @@ from scipy.stats import norm
 
 from scruton.campaign import load_campaign
 from scruton.dynamics.laws import amplitude_ratio
+from scruton.envelope import record_cycles
 from scruton.infer.cards import load_card
-from scruton.infer.fit import envelope, fit_rig, fit_test
+from scruton.infer.fit import fit_rig, fit_test
 from scruton.infer.models import WIND, SteadyAmplitude
 from scruton.infer.off_curve import off_curve
 from scruton.infer.peaks import (
@@ -59,7 +60,7 @@ def tests_of(two_rigs, card):
         if force not in made:
             campaign, sampling = load_campaign(two_rigs(force)), Sampling(card, 0)
             rigs = {one.name: fit_rig(campaign, one, {}, None, sampling) for one in campaign.rigs}
-            cycles = {r.name: envelope(r, 7.87) for one in campaign.tests for r in one.records}
+            cycles = {r.name: record_cycles(r, 7.87) for one in campaign.tests for r in one.records}
             made[force] = campaign, [fit_test(campaign, t, rigs[t.rig], cycles, sampling) for t in campaign.tests]
         return made[force]
 

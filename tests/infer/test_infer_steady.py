@@ -13,10 +13,10 @@ from scruton.calibrate.regimes import REGIMES
 from scruton.campaign import load_campaign
 from scruton.campaign.schema import Kind, Motion
 from scruton.dynamics import Setting, force_parameters
-from scruton.envelope import Cycles, cycles_from_envelope, demodulate, ring_down
+from scruton.envelope import Cycles, cycles_from_envelope, demodulate, record_cycles, ring_down
 from scruton.envelope.phase_diffusion import periodogram, phase_steps, step_spectrum, unbroken
 from scruton.infer.cards import ModelCard, load_card
-from scruton.infer.fit import envelope, fit_campaign, steady_amplitude
+from scruton.infer.fit import fit_campaign, steady_amplitude
 from scruton.infer.models import WIND
 from scruton.infer.sampling import Sampling
 from scruton.infer.steady import (
@@ -262,12 +262,12 @@ def test_the_measured_lock_in_records_are_not_used(shared_data: Callable[[str], 
     campaign = load_campaign(shared_data("cylinder-in-wind"))
     frequency = {rig.name: rig.frequency.mean for rig in campaign.rigs}
     damping = {
-        rig.name: ring_down([envelope(one, frequency[rig.name]) for one in rig.records]).damping_ratio
+        rig.name: ring_down([record_cycles(one, frequency[rig.name]) for one in rig.records]).damping_ratio
         for rig in campaign.rigs
     }
     for rig in campaign.rigs:
         steady = {
-            one.name: envelope(one, frequency[rig.name])
+            one.name: record_cycles(one, frequency[rig.name])
             for test in campaign.tests
             if test.rig == rig.name
             for one in test.records

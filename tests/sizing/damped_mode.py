@@ -7,6 +7,7 @@ The mode has the equation of `scruton.simulate.equation` and carries dampers wit
    \ddot r_i + 2\zeta_i\omega_i\dot r_i + \omega_i^2 r_i = -\ddot\eta .
 
 Neither the harmonic form of the vibration nor one frequency is assumed: it is there to check formulae that assume both.
+So are the eigenvalues of mode and dampers, by which the added damping of `response` can be told as well.
 """
 
 from collections.abc import Sequence
@@ -19,6 +20,7 @@ from numpy.typing import ArrayLike
 from scruton.arrays import FloatArray
 from scruton.simulate import Truth
 from scruton.simulate.equation import STEPS_PER_CYCLE
+from scruton.sizing.tmd import Response, TunedMass, check_detuning, ratios_of, respond
 
 
 @dataclass(frozen=True)
@@ -120,6 +122,45 @@ def limit_cycle(displacement: FloatArray, *, samples_per_cycle: int = 40, cycles
         np.array([np.mean(peak) for peak in peaks[1:]]) / amplitude,
         float(np.ptp(peaks[0]) / amplitude),
     )
+
+
+def response(dampers: Sequence[TunedMass], detuning: ArrayLike = 0.0) -> Response:
+    """`respond` for the same dampers at every detuning, (...): the true frequency is 1 + detuning times the nominal."""
+    error = check_detuning(detuning)
+    mu, f, zeta = ratios_of(dampers)
+    found = respond(mu, f / (1.0 + error.ravel()), zeta)
+    return Response(
+        found.added_damping.reshape(error.shape),
+        found.frequency.reshape(error.shape),
+        found.stroke.reshape(len(dampers), *error.shape),
+    )
+
+
+def minimum_modal_damping(
+    dampers: Sequence[TunedMass], structural_damping: float, detuning: ArrayLike = 0.0
+) -> FloatArray:
+    """Least damping ratio among the eigenvalues of mode and dampers, 1 where none oscillates; detuning as `response`.
+
+    The structural damping is that of the mode without dampers; negative for a mode that the wind drives.
+    """
+    error = check_detuning(detuning)
+    mu, f, zeta = ratios_of(dampers)
+    f = f / (1.0 + error.ravel())
+    count = len(dampers)
+    spring, dashpot = f.T**2, 2.0 * zeta.T * f.T  # (draws, dampers)
+    # State: mode, strokes, and their rates.  A stroke is relative, so the mode's acceleration drives it.
+    stiffness, damping = np.zeros((2, error.size, count + 1, count + 1))
+    stiffness[:, 0, 0], damping[:, 0, 0] = 1.0, 2.0 * structural_damping
+    stiffness[:, 0, 1:], damping[:, 0, 1:] = -mu.T * spring, -mu.T * dashpot
+    for matrix, diagonal in ((stiffness, spring), (damping, dashpot)):
+        matrix[:, 1:, :] -= matrix[:, :1, :]
+        matrix[:, range(1, count + 1), range(1, count + 1)] += diagonal
+    state = np.zeros((error.size, 2 * count + 2, 2 * count + 2))
+    state[:, : count + 1, count + 1 :] = np.eye(count + 1)
+    state[:, count + 1 :, : count + 1], state[:, count + 1 :, count + 1 :] = -stiffness, -damping
+    values = np.linalg.eigvals(state)
+    damping_ratios = np.where(values.imag != 0.0, -values.real / np.abs(values), 1.0)
+    return np.asarray(damping_ratios.min(axis=1).reshape(error.shape))
 
 
 def _peaks(signal: FloatArray) -> FloatArray:

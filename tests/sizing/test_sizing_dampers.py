@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from damped_mode import response
 from sizing_room import LIMIT, mode_model
 
 from scruton.campaign.quantity import Quantity
@@ -17,7 +18,7 @@ from scruton.sizing.mode_shape import sine
 from scruton.sizing.model import unit_cube
 from scruton.sizing.money import cost_by_mass
 from scruton.sizing.remarks import stroke_remark, worst_remark
-from scruton.sizing.tmd import TunedMass, den_hartog, response
+from scruton.sizing.tmd import TunedMass, den_hartog
 from scruton.sizing.tmd_draws import DamperDraws
 from scruton.sizing.together import any_mode_flag, exceedance_of, placed, sized_for_any, with_dampers
 

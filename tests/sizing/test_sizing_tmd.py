@@ -5,20 +5,13 @@ from dataclasses import astuple
 
 import numpy as np
 import pytest
-from damped_mode import limit_cycle, simulate_damped
+from damped_mode import limit_cycle, minimum_modal_damping, response, simulate_damped
 from scipy.optimize import brentq
 
 from scruton.campaign.schema import Motion
 from scruton.errors import InputError
 from scruton.simulate import Truth
-from scruton.sizing.tmd import (
-    TunedMass,
-    den_hartog,
-    free_vibration_optimum,
-    minimum_modal_damping,
-    response,
-    viscous_damper,
-)
+from scruton.sizing.tmd import TunedMass, check_detuning, den_hartog
 from scruton.sizing.tmd_design import design
 from scruton.sizing.tmd_tuning import TuningDraws
 
@@ -150,14 +143,6 @@ def test_minimum_modal_damping_of_den_hartog_s_damper(mu, percent):
         )
 
 
-def test_free_vibration_optimum_damps_both_modes_alike():
-    best = free_vibration_optimum(0.01)
-    assert minimum_modal_damping([best], 0.0) == pytest.approx(0.5 * np.sqrt(0.01), rel=0.03)
-    for factor in (0.8, 1.2):
-        other = TunedMass(0.01, best.frequency_ratio, factor * best.damping_ratio)
-        assert minimum_modal_damping([other], 0.0) < minimum_modal_damping([best], 0.0)
-
-
 def simulated(truth, dampers, *, start=None, cycles=500):
     """The limit cycle that a release of the bridge, or another start, ends in."""
     state = np.zeros((2, len(dampers) + 1)) if start is None else start
@@ -182,7 +167,7 @@ CASES = {
     "0.5 %, light, 3 % high": [TunedMass(0.005, 1.03 / 1.005, 0.02)],
     "0.5 %, heavy damping, 3 % low": [TunedMass(0.005, 0.97 / 1.005, 0.1)],
     "1 %, Den Hartog": [den_hartog(0.01)],
-    "1 %, free-vibration optimum": [free_vibration_optimum(0.01)],
+    "1 %, free-vibration optimum": [TunedMass(0.01, 1.0 / 1.01, math.sqrt(0.01 / 1.01))],
     "1 %, 3 % high": [TunedMass(0.01, 1.03 / 1.01, 0.05)],
     "1 %, 3 % low": [TunedMass(0.01, 0.97 / 1.01, 0.12)],
     "1 %, light: two frequencies": [TunedMass(0.01, 1.0 / 1.01, 0.02)],
@@ -269,11 +254,6 @@ def test_a_start_on_the_other_limit_cycle_ends_lower():
     assert caught.amplitude < simulated(coulomb_section(), dampers).amplitude
 
 
-def test_dashpot_on_the_mode_adds_what_was_asked_for():
-    c = viscous_damper(0.01, modal_mass=2e5, frequency=0.4, shape=0.5)
-    assert c * 0.5**2 / (2.0 * 2e5 * 2.0 * np.pi * 0.4) == pytest.approx(0.01)
-
-
 # Designs.
 
 RNG = np.random.default_rng(7)
@@ -341,7 +321,7 @@ def test_the_table_is_the_formula(single):
     draws = tuning()
     for dampers in (single.dampers, (TunedMass(0.004, 0.99, 0.015),), (TunedMass(0.002, 0.97, 0.02),) * 2):
         ratio = np.sort(draws.needed / response(dampers, DETUNING).added_damping)
-        assert draws.lack(dampers, 0.05) == pytest.approx(np.log(ratio[COUNT - 1 - 25]), abs=0.01)
+        assert draws._lacks(dampers, 0.05)[0] == pytest.approx(np.log(ratio[COUNT - 1 - 25]), abs=0.01)
 
 
 def test_needed_damping_brings_every_draw_to_the_limit():
@@ -474,11 +454,8 @@ def test_a_given_mass_keeps_the_largest_stroke_where_it_can(single):
         (lambda: TunedMass(0.01, 1.0, 0.0), "damper: damping_ratio: found 0;"),
         (lambda: TunedMass(0.01, 1.0, 1.0), "damper: damping_ratio: found 1;"),
         (lambda: den_hartog(-0.1), "damper: mass_ratio: found -0.1;"),
-        (lambda: response([]), "damper: dampers: found none;"),
-        (lambda: response([DH2], [0.0, -1.0]), "damper: detuning: found -1;"),
-        (lambda: response([DH2], [0.0, float("inf")]), "damper: detuning: found inf;"),
-        (lambda: minimum_modal_damping([DH2], 1.0), "damper: structural_damping: found 1;"),
-        (lambda: viscous_damper(0.01, modal_mass=0.0, frequency=1.0), "damper: modal_mass: found 0;"),
+        (lambda: check_detuning([0.0, -1.0]), "damper: detuning: found -1;"),
+        (lambda: check_detuning([0.0, float("inf")]), "damper: detuning: found inf;"),
         (lambda: design(tuning(), **BRIDGE | {"risk": 1.0}), "damper: risk: found 1;"),
         (lambda: tuning(limit=0.0), "damper: limit: found 0;"),
         (lambda: design(tuning(number=0), **BRIDGE), "damper: number: found 0;"),

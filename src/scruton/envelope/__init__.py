@@ -9,7 +9,7 @@ from scruton.envelope.inspection import Inspection, gather, record_cycles, usabl
 from scruton.envelope.lines import Line
 from scruton.envelope.quality import RecordQuality, assess
 from scruton.envelope.relaxation import Relaxation, relaxation
-from scruton.envelope.ringdown import DampingBand, LinearDamping, RingDown, ring_down
+from scruton.envelope.ringdown import DampingBand, RingDown, ring_down
 from scruton.envelope.standing import Swing, beats, swing
 from scruton.envelope.trial import (
     TRIAL_FUNCTIONS,
@@ -31,7 +31,6 @@ __all__ = [
     "GriffinCurve",
     "Inspection",
     "Line",
-    "LinearDamping",
     "Polynomial",
     "RecordQuality",
     "Relaxation",

@@ -29,16 +29,6 @@ class DampingBand:
     plucks: int
 
 
-@dataclass(frozen=True)
-class LinearDamping:
-    """xi_s(A) = constant + slope A, with standard errors; viscous damping plus quadratic drag."""
-
-    constant: float
-    slope: float
-    constant_sd: float
-    slope_sd: float
-
-
 @shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class RingDown:
@@ -50,12 +40,8 @@ class RingDown:
         Natural frequency f0 [Hz], mean over plucks, and the standard error of that mean.
     damping_ratio, damping_ratio_sd : float
         Structural damping xi_s as one constant over the whole decay, and its standard error.
-    pluck_frequency, pluck_damping_ratio : (P,) array
-        The same for each pluck.
     bands : tuple of DampingBand
         Damping by octave of amplitude, largest first.
-    linear : LinearDamping
-        Damping as a straight line in amplitude.
     curve_amplitude, curve_damping_ratio, curve_sd : (G,) array
         Smooth damping against amplitude (ascending), over an octave or so at a time.
     """
@@ -64,10 +50,7 @@ class RingDown:
     frequency_sd: float
     damping_ratio: float
     damping_ratio_sd: float
-    pluck_frequency: FloatArray
-    pluck_damping_ratio: FloatArray
     bands: tuple[DampingBand, ...]
-    linear: LinearDamping
     curve_amplitude: FloatArray
     curve_damping_ratio: FloatArray
     curve_sd: FloatArray
@@ -127,9 +110,7 @@ def ring_down(plucks: Sequence[Cycles], *, edges: FloatArray | None = None, name
     frequency, damping = references + turns[:, 0] / (2.0 * np.pi), fits[:, 0] / mean_omega
     f0, f0_sd = _pool(frequency, turns[:, 1] / (2.0 * np.pi))
     xi, xi_sd = _pool(damping, fits[:, 1] / mean_omega)
-    return RingDown(
-        f0, f0_sd, xi, xi_sd, frequency, damping, _bands(usable, edges), _linear(usable), *_curve(usable)
-    )  # fmt: skip
+    return RingDown(f0, f0_sd, xi, xi_sd, _bands(usable, edges), *_curve(usable))
 
 
 def _usable(cycles: Cycles) -> _Pluck:
@@ -233,32 +214,6 @@ def _bands(plucks: Sequence[_Pluck], edges: FloatArray | None) -> tuple[DampingB
 def _weights(p: _Pluck) -> FloatArray:
     """Precision of ln a with a floor of half a per cent, so that no few cycles decide alone."""
     return 1.0 / (p.variance + 0.005**2)
-
-
-def _linear(plucks: Sequence[_Pluck]) -> LinearDamping:
-    """Regress ln a on time and on the running integral of a, each pluck about its own weighted mean."""
-    rows, targets = [], []
-    for p in plucks:
-        a = np.exp(p.log_amplitude)
-        # exact for an exponential between the points: the logarithmic mean of neighbours
-        ratio = np.diff(p.log_amplitude)
-        safe = np.where(np.abs(ratio) > 1e-6, ratio, 1.0)
-        mean = np.where(np.abs(ratio) > 1e-6, np.diff(a) / safe, a[:-1])
-        step = np.diff(p.time) * 0.5 * (p.omega[1:] + p.omega[:-1])
-        x = np.stack([np.cumsum(np.append(0.0, step)), np.cumsum(np.append(0.0, step * mean))], axis=1)
-        w = _weights(p)
-        root = np.sqrt(w)
-        rows.append((x - np.average(x, axis=0, weights=w)) * root[:, None])
-        targets.append((-p.log_amplitude + np.average(p.log_amplitude, weights=w)) * root)
-    design, target = np.concatenate(rows), np.concatenate(targets)
-    scale = np.sqrt(np.sum(design**2, axis=0))
-    coefficient, _, rank, _ = np.linalg.lstsq(design / scale, target, rcond=1e-10)
-    residual = target - design / scale @ coefficient
-    freedom = max(1, len(target) - len(plucks) - 2)
-    covariance = np.linalg.pinv((design / scale).T @ (design / scale)) * float(residual @ residual) / freedom
-    constant, slope = coefficient / scale
-    sd = np.sqrt(np.diag(covariance)) / scale if rank == 2 else np.array([np.inf, np.inf])
-    return LinearDamping(float(constant), float(slope), float(sd[0]), float(sd[1]))
 
 
 def _curve(plucks: Sequence[_Pluck]) -> tuple[FloatArray, FloatArray, FloatArray]:

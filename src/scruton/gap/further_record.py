@@ -19,7 +19,7 @@ from scruton.gap.data import FLOOR, GapData
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.null_model import null_model
 
-_LAG, _LAG_START, _HAT = int(Term.LAG), int(Term.LAG_START), int(Term.HAT)
+_LAG, _LAG_START = int(Term.LAG), int(Term.LAG_START)
 _FC, _FS, _FR = int(Term.FORCE_COS), int(Term.FORCE_SIN), int(Term.FORCE_RATE)
 _GAIN, _CLIP, _SOFT, _THIRD = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT), int(Term.THIRD)
 _STICK, _WIDTH = int(Term.FRICTION_SPRING), int(Term.FRICTION_WIDTH)

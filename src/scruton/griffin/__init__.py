@@ -5,7 +5,6 @@ from scruton.griffin.bands import (
     band,
     griffin_band,
     griffin_draws,
-    trial_griffin_band,
     trial_griffin_draws,
 )
 from scruton.griffin.curves import EffectCurve, LawCurves, SharedCurve, law_curves, shared_curve
@@ -25,6 +24,5 @@ __all__ = [
     "predictive_draws",
     "shared_curve",
     "single_draws",
-    "trial_griffin_band",
     "trial_griffin_draws",
 ]

@@ -54,7 +54,7 @@ class GriffinBand:
     label : str
         The test or record that it comes from.
     extrapolated : (n,) array of bool
-        Beyond the amplitudes of the record (trial function), or |x| > 0.3 by the laws that predict (law).
+        |x| > 0.3 by the laws that predict.
     """
 
     scruton_number: FloatArray
@@ -63,11 +63,6 @@ class GriffinBand:
     unit: str
     label: str
     extrapolated: np.ndarray
-
-    @property
-    def negative(self) -> np.ndarray:
-        """Where Sc is negative: kept to show the trend, without physical meaning, (n,) of bool."""
-        return np.asarray(self.scruton_number < 0.0)
 
     def reciprocal(self) -> "GriffinBand":
         """The same band as D/A (or 1/rad), in which the paper's law is a straight line."""
@@ -182,9 +177,7 @@ def griffin_band(
     return band(grid, griffin_draws(tree, grid, name, law_n=law_n), unit_of(tree), name, np.abs(x) > X_TRUSTED)
 
 
-def trial_griffin_draws(
-    tree: "xr.DataTree", scruton_numbers: FloatArray | Sequence[float], record: str
-) -> tuple[FloatArray, tuple[float, float]]:
+def trial_griffin_draws(tree: "xr.DataTree", scruton_numbers: FloatArray | Sequence[float], record: str) -> FloatArray:
     """Griffin curve of the paper's procedure, one for every draw of the trial function's constants.
 
     Parameters
@@ -196,10 +189,8 @@ def trial_griffin_draws(
 
     Returns
     -------
-    draws : (S, n_sc) array
+    (S, n_sc) array
         Amplitude (A/D or rad) at each Scruton number, of at most 1000 draws; NaN where a curve does not reach it.
-    amplitude_range : (float, float)
-        Smallest and largest amplitude of the record: beyond it a draw is extrapolation.
 
     Raises
     ------
@@ -217,7 +208,7 @@ def trial_griffin_draws(
         raise InputError("posterior", "record", f"'{record}'", f"one of: {', '.join(known) or 'none was fitted'}")
     constant = tree["constant_data"]
     samples = constant["record"].to_numpy().astype(str) == record
-    time, amplitudes = constant["time"].to_numpy()[samples], tree["observed_data"]["amplitude"].to_numpy()[samples]
+    time = constant["time"].to_numpy()[samples]
     test = str(constant["record_test"].to_numpy()[samples][0])
     constants = {name: group[name].sel(record=record).to_numpy().reshape(-1) for name in "abcd"}
     size = min(len(draws) for draws in (constants["a"], draws_of(tree, "damping_ratio", test)))
@@ -234,18 +225,7 @@ def trial_griffin_draws(
     curve = griffin_curve(aero, amplitude, 1.0, omega, omega0)
     sc = mass_damping_draws(tree, test)[pick, None] * curve.scruton_number
     grid = given_grid(scruton_numbers)
-    draws = np.stack([_read(grid, numbers, values) for numbers, values in zip(sc, amplitude, strict=True)])
-    return draws, (float(amplitudes.min()), float(amplitudes.max()))
-
-
-def trial_griffin_band(tree: "xr.DataTree", scruton_numbers: FloatArray | Sequence[float], record: str) -> GriffinBand:
-    """Credible band of the paper's procedure for one record; parameters as of `trial_griffin_draws`."""
-    grid = np.asarray(scruton_numbers, dtype=float)
-    draws, (low, high) = trial_griffin_draws(tree, grid, record)
-    whole = band(grid, draws, unit_of(tree), record)
-    with np.errstate(invalid="ignore"):
-        outside = ~((whole.median >= low) & (whole.median <= high))
-    return replace(whole, extrapolated=outside)
+    return np.stack([_read(grid, numbers, values) for numbers, values in zip(sc, amplitude, strict=True)])
 
 
 def _read(grid: FloatArray, scruton_number: FloatArray, amplitude: FloatArray) -> FloatArray:

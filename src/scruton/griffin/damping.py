@@ -99,7 +99,7 @@ def trial_draws(fit: "Fit", record: str, test: str) -> tuple[FloatArray, FloatAr
     sc = np.concatenate(
         [middle - (middle - low + margin) * steps[::-1], [middle], middle + (high - middle + margin) * steps]
     )
-    amplitudes, _ = trial_griffin_draws(tree, sc, record)
+    amplitudes = trial_griffin_draws(tree, sc, record)
     damping = -sc * turn / factor
     grid = amplitude_grid(fit, test)
     draws = np.full((len(amplitudes), GRID), np.nan)

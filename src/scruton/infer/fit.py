@@ -17,7 +17,7 @@ from scruton.campaign import peak_tests
 from scruton.campaign.remarks import Severity, sentences
 from scruton.campaign.schema import Campaign, Kind, Record, Rig, Test
 from scruton.dynamics.cycles import EnvelopeData
-from scruton.envelope import Cycles, RingDown, record_cycles, review, usable, weigh
+from scruton.envelope import Cycles, RingDown, review, usable, weigh
 from scruton.envelope.consistency import check_units
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
@@ -66,7 +66,6 @@ LOCK_IN = "lock-in of"  # how the posterior of one lock-in record is named, befo
 # What is sampled of a trial function, and the priors of the card that it has.
 TRIAL_PRIORS = {"b": "trial_slow_rate", "rate_gap": "trial_rate_gap"}
 TRIAL_PRIORS |= {name: name for name in ("trial_residual", "trial_residual_rate", "noise_factor")}
-envelope = record_cycles  # what a fit calls it
 
 
 def fit_campaign(

@@ -1,6 +1,7 @@
 """What look.js draws on the first page: panels of lines, dots and areas, as JSON; no drawing is made before."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,23 +10,19 @@ from scruton.arrays import FloatArray, thin
 from scruton.campaign import Record, load_campaign
 from scruton.dynamics.first_look import Check
 from scruton.envelope import Cycles
-from scruton.envelope.inspection import records_of
 from scruton.report.conventions import DAMPING, SCRUTON, damping, damping_symbol, damping_words, shown_in
 from scruton.report.document import Picture
 from scruton.report.figures.style import extremes
-from scruton.report.wording import PAGE, share
+from scruton.report.wording import PAGE, listed, share
 
 _BINS = 500  # stretches of a response: as many as a page has columns to tell apart
 _APART = 150  # cycles that a page can show one by one
 _SAMPLES = 4000  # of them, at most
 _CYCLES = 500  # amplitudes drawn
-_DIGITS = 5
 Series = Mapping[str, Any]
 
 
-def _numbers(values: FloatArray) -> list[float | None]:
-    """Numbers of a JSON, no longer than a drawing can show."""
-    return [float(f"{value:.{_DIGITS}g}") if np.isfinite(value) else None for value in values]
+_numbers = partial(listed, digits=5)  # no longer than a drawing can show
 
 
 def _line(x: FloatArray, y: FloatArray, label: str, mark: str = "line", tone: int = 0) -> Series:
@@ -46,7 +43,7 @@ def record_pictures(found: Check) -> Iterator[Picture]:
     """Every record that can be used, all of its file, with the window that was read and its cycles."""
     factor, unit = shown_in(found.campaign.section.amplitude_unit)
     # a record that is unusable beyond its window is shown within it
-    whole = {one.field: one for one, _, _ in records_of(load_campaign(found.campaign.path, [], whole=True))}
+    whole = {one.field: one for one, _, _ in load_campaign(found.campaign.path, [], whole=True).records()}
     fronts = {row.record: row.front for row in found.identified}
     for number, (record, rig, test) in enumerate(found.inspection.records()):
         cycles, entire = found.inspection.cycles[record.name], whole.get(record.field, record)

@@ -20,7 +20,7 @@ LATERAL_FORCE = 1.1  # c_lat,0 of rectangles with d/b from 0.5 to 10, Table E.2
 RECTANGLES = (0.5, 10.0)  # d/b
 SQUARES = (0.75, 1.33)  # d/b near enough to a square for its constants; judgement
 SQUARE = (0.04, 6.0, 0.4)  # C_c, K_a,max and a_L of the square section, Table E.6
-LEAST_FORCE = 0.5  # c of BD 49/01 without edge members: it is not taken for less
+LEAST_FORCE = 0.5  # c = 3 (k + h phi)/d of BD 49/01 without edge members: it is not taken for less
 
 
 @dataclass(frozen=True)
@@ -48,11 +48,6 @@ def en_scruton_number(scruton_number: FloatArray, width: float, depth: float) ->
     return np.asarray(scruton_number) * (width / depth)
 
 
-def correlation_length(amplitude: FloatArray) -> FloatArray:
-    """Effective correlation length L/b by the amplitude y/b there: EN 1991-1-4 Table E.4."""
-    return np.clip(4.8 + 12.0 * np.asarray(amplitude), 6.0, 12.0)
-
-
 def en_approach_1(
     scruton_number: FloatArray,
     width: float,
@@ -60,10 +55,8 @@ def en_approach_1(
     strouhal: float,
     *,
     mode_factor: float = UNIFORM,
-    correlation: float = LARGEST_CORRELATION,
-    lateral_force: float = LATERAL_FORCE,
 ) -> FloatArray:
-    """Largest amplitude y/b = K K_w c_lat/(St^2 Sc): EN 1991-1-4 E.1.5.2, (E.7).
+    """Largest amplitude y/b = K K_w c_lat/(St^2 Sc), with K_w and c_lat at their largest: EN 1991-1-4 E.1.5.2, (E.7).
 
     Parameters
     ----------
@@ -71,40 +64,11 @@ def en_approach_1(
         Of this program, above zero.
     strouhal : float
         f D/U where vortices resonate.
-    mode_factor, correlation : float
-        K, and K_w up to 0.6.
-    lateral_force : float
-        c_lat, with the critical speed no more than 0.83 of the mean one.
+    mode_factor : float
+        K.
     """
-    factor = mode_factor * min(correlation, LARGEST_CORRELATION) * lateral_force / strouhal**2
+    factor = mode_factor * LARGEST_CORRELATION * LATERAL_FORCE / strouhal**2
     return factor / en_scruton_number(scruton_number, width, depth)
-
-
-def en_simple_span(
-    scruton_number: float,
-    width: float,
-    depth: float,
-    strouhal: float,
-    span: float,
-    *,
-    lateral_force: float = LATERAL_FORCE,
-) -> float:
-    """Approach 1 for the first mode of a simply supported span [m]: K = 0.10, K_w = cos(pi/2 (1 - L/span)), Table E.5.
-
-    The correlation length depends on the amplitude (Table E.4): found by repetition.
-    """
-    amplitude, before = 0.0, -1.0
-    while abs(amplitude - before) > 1e-9:  # the length grows with the amplitude, and so this from below, up to 12 b
-        before = amplitude
-        length = min(float(correlation_length(np.asarray(amplitude))) * depth / span, 1.0)
-        correlation = float(np.cos(0.5 * pi * (1.0 - length)))
-        amplitude = float(
-            en_approach_1(
-                np.asarray(scruton_number), width, depth, strouhal, mode_factor=0.10, correlation=correlation,
-                lateral_force=lateral_force,
-            )
-        )  # fmt: skip
-    return amplitude
 
 
 def en_approach_2(
@@ -139,15 +103,8 @@ def en_approach_2(
     return np.asarray(peak * np.sqrt(c1 + np.sqrt(c1**2 + c2)))
 
 
-def turbulence_factor(width: float, depth: float, turbulence: float, beta: float = 1.0) -> float:
-    """E_t = 1 - 15 beta_t sqrt(B/D) I_u^2, not below zero: Japanese handbook, heaving."""
-    return max(1.0 - 15.0 * beta * sqrt(width / depth) * turbulence**2, 0.0)
-
-
-def japanese_handbook(
-    scruton_number: FloatArray, width: float, depth: float, *, shape: float = 1.0, turbulence: float = 0.0
-) -> FloatArray:
-    """Heaving amplitude h/D, h = E_h E_t B/(m_r delta), E_h = 0.065 beta (B/D)^-1, m_r = m/(rho B^2).
+def japanese_handbook(scruton_number: FloatArray, width: float, depth: float, *, shape: float = 1.0) -> FloatArray:
+    """Heaving amplitude h/D in smooth flow, h = E_h B/(m_r delta), E_h = 0.065 beta (B/D)^-1, m_r = m/(rho B^2).
 
     Parameters
     ----------
@@ -155,17 +112,12 @@ def japanese_handbook(
         Above zero.
     shape : float
         beta: 2 for girders with vertical webs, 1 for others.
-    turbulence : float
-        I_u; 0 in smooth flow.
     """
-    reduced = turbulence_factor(width, depth, turbulence)
-    return 0.13 * shape * reduced * (width / depth) / np.asarray(scruton_number)
+    return 0.13 * shape * (width / depth) / np.asarray(scruton_number)
 
 
-def bd49(
-    motion: Motion, scruton_number: FloatArray, width: float, depth: float, force: float = LEAST_FORCE
-) -> FloatArray:
-    """Amplitude A/D, or rotation [rad], by BD 49/01 3.1.2.
+def bd49(motion: Motion, scruton_number: FloatArray, width: float, depth: float) -> FloatArray:
+    """Amplitude A/D, or rotation [rad], by BD 49/01 3.1.2 with the least c.
 
     Heaving y = c b^0.5 d^2.5 rho/(4 m delta), torsion at the edge of the deck y = c b^1.5 d^3.5 rho/(8 m r^2 delta).
 
@@ -173,11 +125,9 @@ def bd49(
     ----------
     scruton_number : (N,) array
         Above zero.
-    force : float
-        c = 3 (k + h phi)/d, of edge member and parapet, 0.5 or more.
     """
     power = 0.5 if motion is Motion.HEAVING else 2.5
-    return np.asarray(max(force, LEAST_FORCE) * (depth / width) ** power / (2.0 * np.asarray(scruton_number)))
+    return np.asarray(LEAST_FORCE * (depth / width) ** power / (2.0 * np.asarray(scruton_number)))
 
 
 def comparisons(motion: Motion, width: float, depth: float, strouhal: float) -> tuple[Comparison, ...]:

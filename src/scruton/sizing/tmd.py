@@ -16,8 +16,7 @@ The stable amplitude is that of the Griffin curve at xi_s + xi_add; under the pa
 constant size gives less amplitude at a higher frequency (`scruton.sizing.tmd_draws.frequency_power`).  Against 196
 integrations of the equations of motion (mass ratios of 0.2 to 2 %, damping ratios of 0.35 to 1.6 sqrt(mu), frequencies
 off by up to 5 %) this is within 1 % in 92 of 100 and within 3 % in all; leaving g out costs up to 8 %.  The damping of
-the eigenvalues (`minimum_modal_damping`) answers another question, how fast a free vibration dies, and
-errs by tens of per cent.
+the eigenvalues answers another question, how fast a free vibration dies, and errs by tens of per cent.
 
 Several frequencies.  A lightly damped damper near tuning splits the mode, and the first equation has up to 2k + 1
 roots for k dampers.  Which of them is a limit cycle?  Replace the force of the wind by a negative damping that cancels
@@ -30,7 +29,7 @@ antiresonance, are unstable.  Another outer root can be stable as well; with a f
 damping is less than about twice the least.  In simulations with a sign, growth from rest ended at the root of least
 damping in 496 cases of 496, also where two roots were all but equal; release of the bridge from far above ended at the
 other root only where their total dampings lay within a fifth of each other, and otherwise only dampers that swing
-widely at the start, while the bridge does not, lead there.  The amplitude is smaller there.  So `response` takes the
+widely at the start, while the bridge does not, lead there.  The amplitude is smaller there.  So `respond` takes the
 root of least damping.  It is continuous in the detuning; frequency and stroke jump where two roots change places.
 """
 
@@ -82,7 +81,7 @@ class Response:
     Attributes
     ----------
     added_damping, frequency : (...) array
-        Damping ratio added to the mode, and frequency of the response over the mode's true one, shaped as the detuning.
+        Damping ratio added to the mode, and frequency of the response over the mode's true one.
     stroke : (dampers, ...) array
         Amplitude of each damper's mass relative to the bridge, over the mode's amplitude where it hangs.
     """
@@ -92,35 +91,14 @@ class Response:
     stroke: FloatArray
 
 
-def response(dampers: Sequence[TunedMass], detuning: ArrayLike = 0.0) -> Response:
-    """Added damping, frequency and stroke in the limit cycle of least damping.
+def respond(mass_ratio: FloatArray, frequency_ratio: FloatArray, damping_ratio: FloatArray) -> Response:
+    """Added damping, frequency and stroke in the limit cycle of least damping, of draws with ratios of their own.
 
     Parameters
     ----------
-    dampers : sequence of TunedMass
-        Ratios to the nominal frequency of the mode.
-    detuning : (...) array
-        Relative error of that frequency: the true one is 1 + detuning times the nominal one.
-
-    Raises
-    ------
-    InputError
-        If there is no damper, or a detuning is not finite or is -1 or less.
-    """
-    error = check_detuning(detuning)
-    mu, f, zeta = _ratios(dampers, error.ravel())
-    found = respond(mu[:, None], f, zeta[:, None])
-    return Response(
-        found.added_damping.reshape(error.shape),
-        found.frequency.reshape(error.shape),
-        found.stroke.reshape(len(dampers), *error.shape),
-    )
-
-
-def respond(mass_ratio: FloatArray, frequency_ratio: FloatArray, damping_ratio: FloatArray) -> Response:
-    """`response` where every draw has ratios of its own, to the mode's true frequency; all broadcast to (dampers, S).
-
-    The damping ratio may be 1 or more: that of a damper which friction all but holds.
+    mass_ratio, frequency_ratio, damping_ratio : arrays
+        Broadcast to (dampers, S); the frequencies over the mode's true one.  The damping ratio may be 1 or more: that
+        of a damper which friction all but holds.
     """
     mu, f, zeta = np.broadcast_arrays(mass_ratio, frequency_ratio, damping_ratio)
     if len(mu) == 1:
@@ -140,84 +118,16 @@ def respond(mass_ratio: FloatArray, frequency_ratio: FloatArray, damping_ratio: 
     return Response(added, frequency, stroke)
 
 
+def ratios_of(dampers: Sequence[TunedMass]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Give mass, frequency and damping ratios, (dampers, 1) each."""
+    mu, f, zeta = np.array([(d.mass_ratio, d.frequency_ratio, d.damping_ratio) for d in dampers]).T[:, :, None]
+    return mu, f, zeta
+
+
 def den_hartog(mass_ratio: float) -> TunedMass:
     """Least peak under a harmonic force on an undamped mode: f = 1/(1 + mu), zeta^2 = 3 mu/(8 (1 + mu)^3)."""
     mu = positive("mass_ratio", mass_ratio)
     return TunedMass(mu, 1.0 / (1.0 + mu), float(np.sqrt(3.0 * mu / (8.0 * (1.0 + mu) ** 3))))
-
-
-def free_vibration_optimum(mass_ratio: float) -> TunedMass:
-    """Fastest decay, both eigenvalues alike with about sqrt(mu)/2: f = 1/(1 + mu), zeta^2 = mu/(1 + mu)."""
-    mu = positive("mass_ratio", mass_ratio)
-    return TunedMass(mu, 1.0 / (1.0 + mu), float(np.sqrt(mu / (1.0 + mu))))
-
-
-def minimum_modal_damping(
-    dampers: Sequence[TunedMass], structural_damping: float, detuning: ArrayLike = 0.0
-) -> FloatArray:
-    """Least damping ratio among the eigenvalues of mode and dampers, for comparison: it does not give the amplitude.
-
-    Parameters
-    ----------
-    dampers : sequence of TunedMass
-    structural_damping : float
-        Damping ratio of the mode without dampers; negative for a mode that the wind drives.
-    detuning : (...) array
-        As in `response`.
-
-    Returns
-    -------
-    (...) array
-        1 where no eigenvalue oscillates.
-
-    Raises
-    ------
-    InputError
-        As `response`, and if the structural damping is not between -1 and 1.
-    """
-    if not abs(structural_damping) < 1.0:
-        raise InputError("damper", "structural_damping", f"{structural_damping:g}", "a damping ratio, as 0.003")
-    error = check_detuning(detuning)
-    mu, f, zeta = _ratios(dampers, error.ravel())
-    count = len(dampers)
-    spring, dashpot = f.T**2, 2.0 * zeta * f.T  # (draws, dampers)
-    # State: mode, strokes, and their rates.  A stroke is relative, so the mode's acceleration drives it.
-    stiffness, damping = np.zeros((2, error.size, count + 1, count + 1))
-    stiffness[:, 0, 0], damping[:, 0, 0] = 1.0, 2.0 * structural_damping
-    stiffness[:, 0, 1:], damping[:, 0, 1:] = -mu * spring, -mu * dashpot
-    for matrix, diagonal in ((stiffness, spring), (damping, dashpot)):
-        matrix[:, 1:, :] -= matrix[:, :1, :]
-        matrix[:, range(1, count + 1), range(1, count + 1)] += diagonal
-    state = np.zeros((error.size, 2 * count + 2, 2 * count + 2))
-    state[:, : count + 1, count + 1 :] = np.eye(count + 1)
-    state[:, count + 1 :, : count + 1], state[:, count + 1 :, count + 1 :] = -stiffness, -damping
-    values = np.linalg.eigvals(state)
-    ratios = np.where(values.imag != 0.0, -values.real / np.abs(values), 1.0)
-    return np.asarray(ratios.min(axis=1).reshape(error.shape))
-
-
-def viscous_damper(added_damping: float, *, modal_mass: float, frequency: float, shape: float = 1.0) -> float:
-    """Coefficient of a dashpot to ground that adds a damping ratio: c = 2 xi_add omega M/phi^2 [N s/m].
-
-    A dashpot is added damping and nothing else: it has no mass to tune, and its stroke is the vibration itself.
-
-    Parameters
-    ----------
-    added_damping : float
-        Wanted.
-    modal_mass, frequency : float
-        kg and Hz.
-    shape : float
-        Mode shape where it acts, in the normalisation of the modal mass.
-
-    Raises
-    ------
-    InputError
-        If an argument is not positive.
-    """
-    added = positive("added_damping", added_damping)
-    omega = 2.0 * np.pi * positive("frequency", frequency)
-    return float(2.0 * added * omega * positive("modal_mass", modal_mass) / positive("shape", shape) ** 2)
 
 
 def positive(name: str, value: float) -> float:
@@ -234,14 +144,6 @@ def check_detuning(detuning: ArrayLike) -> FloatArray:
     if bad.size:
         raise InputError("damper", "detuning", f"{bad[0]:g}", "finite relative errors of the frequency, as 0.02")
     return error
-
-
-def _ratios(dampers: Sequence[TunedMass], detuning: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Give mass ratios (dampers,), true frequency ratios (dampers, draws) and damping ratios (dampers,)."""
-    if not dampers:
-        raise InputError("damper", "dampers", "none", "one damper or more")
-    table = np.array([(d.mass_ratio, d.frequency_ratio, d.damping_ratio) for d in dampers])
-    return table[:, 0], table[:, 1, None] / (1.0 + detuning), table[:, 2]
 
 
 def resonance(f: FloatArray, zeta: FloatArray, g: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from scruton.arrays import FloatArray
 from scruton.errors import InputError
-from scruton.sizing.tmd import Response, TunedMass, check_detuning, positive, respond
+from scruton.sizing.tmd import Response, TunedMass, check_detuning, positive, ratios_of, respond
 from scruton.sizing.tmd_real import Flaws, limit_cycle, respond_at
 
 STROKE_QUANTILE = 0.95
@@ -179,7 +179,7 @@ class DamperDraws:
     def _respond(self, dampers: tuple[TunedMass, ...], detuning: float | None, size: FloatArray | float) -> Response:
         """What the dampers do at an amplitude of the mode, (S,)."""
         real, error = self.reality, self.detuning if detuning is None else check_detuning(detuning)
-        mu, f, zeta = np.array([(d.mass_ratio, d.frequency_ratio, d.damping_ratio) for d in dampers]).T[:, :, None]
+        mu, f, zeta = ratios_of(dampers)
         one = np.ones(self.detuning.size)
         mu, f, zeta = mu * real.mass * one, f * real.frequency / (1.0 + error) * one, zeta * real.damping * one
         if real.flaws.none:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from scruton.arrays import FloatArray
 from scruton.errors import InputError
 from scruton.sizing.thresholds import STROKE_TOLERANCE
-from scruton.sizing.tmd import TunedMass, den_hartog, positive, respond
+from scruton.sizing.tmd import TunedMass, den_hartog, positive, ratios_of, respond
 from scruton.sizing.tmd_draws import STROKE_QUANTILE, DamperDraws, Reality
 from scruton.sizing.tmd_real import respond_at
 
@@ -148,7 +148,8 @@ class TuningDraws(DamperDraws):
         -------
         dampers : tuple of TunedMass
         lack : float
-            As `lack` gives it.
+            Logarithm of needed over added damping at the draw that decides on the risk, or of the stroke over its
+            limit, the greater; 0 or less keeps both.
         """
         from scipy.optimize import minimize
 
@@ -223,13 +224,6 @@ class TuningDraws(DamperDraws):
             best, left = other, lower
         return best
 
-    def lack(self, dampers: tuple[TunedMass, ...], risk: float) -> float:
-        """Logarithm of needed over added damping at the draw that decides on a risk, or of the stroke over its limit.
-
-        The greatest of them, at the errors of the frequency at which the risk is to be kept; 0 or less keeps all.
-        """
-        return max(self._lacks(dampers, risk))
-
     def _lacks(self, dampers: tuple[TunedMass, ...], risk: float | None) -> tuple[float, float]:
         """Logarithms of needed over added damping, as of `tune`, and of the stroke over its limit."""
         table, lacking, stroke = self._table(dampers), -np.inf, 0.0
@@ -255,7 +249,7 @@ class TuningDraws(DamperDraws):
         steps = np.array([(0.0, 0.0), (_STEP, 0.0), (0.0, -_STEP), (0.0, _STEP)])
         if not (np.any(self._mass) or np.any(self._damping)):
             steps = steps[:1]
-        mu, f, zeta = np.array([(d.mass_ratio, d.frequency_ratio, d.damping_ratio) for d in dampers]).T[:, :, None]
+        mu, f, zeta = ratios_of(dampers)
         many = np.repeat(np.exp(steps), self._nodes.size, axis=0).T
         ratios = mu * many[0], f / (1.0 + np.tile(self._nodes, len(steps))), zeta * many[1]
         flaws = self.reality.flaws

@@ -29,7 +29,6 @@ _RATE = 1000.0  # Hz, an example of a sample rate
 _APART, _ALIKE = 1.4, 1.25  # least factor between neighbours, largest one between numbers that are proportional
 
 ANSWER = "answer"  # where an error of one stands
-Answers = Mapping[str, Mapping[str, str]]
 
 
 class Question(NamedTuple):

@@ -56,7 +56,7 @@ def reciprocal_plot(fit: Fit) -> FigureWithCaption:
 def _plot(fit: Fit, *, reciprocal: bool) -> FigureWithCaption:
     tree, tests, unit, limits = fit.tree, peak_names(fit.tree), unit_of(fit.tree), griffin_axes.sc_range(fit.tree)
     grid = np.linspace(*limits, GRID)
-    predictive = band(grid, predictive_draws(tree, grid, seed=_seed(fit)), unit, "predictive")
+    predictive = band(grid, predictive_draws(tree, grid, seed=fit.seed), unit, "predictive")
     alone = [griffin_band(tree, grid, name) for name in tests]
     if reciprocal:
         predictive, alone = predictive.reciprocal(), [curve.reciprocal() for curve in alone]
@@ -74,7 +74,7 @@ def _plot(fit: Fit, *, reciprocal: bool) -> FigureWithCaption:
     style.below(drawing, [axes])
     what = "Reciprocal stable amplitude" if reciprocal else STABLE
     figures = "a straight line under the paper's law (n = -1)" if reciprocal else "the Griffin plot"
-    discrepancy = float(np.median(shared_curve(tree, seed=_seed(fit)).discrepancy))
+    discrepancy = float(np.median(shared_curve(tree, seed=fit.seed).discrepancy))
     return FigureWithCaption(
         drawing,
         caption=f"{what} against the Scruton number, {figures}. Coloured: what each peak test's records alone predict "
@@ -117,7 +117,7 @@ def griffin_by_test(fit: Fit) -> Iterable[FigureWithCaption]:
     for page in style.pages(peak_names(tree), PANELS_A_PAGE):
         drawing, panels = style.panels(len(page), height_mm=58.0, sharey=True)
         for axes, name in zip(panels, page, strict=True):
-            predictive = band(grid, single_draws(tree, grid, name, seed=_seed(fit)), unit, "predictive")
+            predictive = band(grid, single_draws(tree, grid, name, seed=fit.seed), unit, "predictive")
             griffin_axes.shade(axes, predictive)
             griffin_axes.draw_bands(axes, fit, [griffin_band(tree, grid, name)], "median, 50 and 90 %")
             griffin_axes.deterministic(axes, fit, [name])
@@ -195,10 +195,6 @@ def _highest(shown: GriffinBand) -> float:
     return float(shown.median[(shown.scruton_number >= 0.0) & np.isfinite(shown.median)].max(initial=0.0))
 
 
-def _seed(fit: Fit) -> int:
-    return int(fit.summary["provenance"]["seed"])
-
-
 def _alt(fit: Fit, tests: Sequence[str], what: str) -> str:
     unit, shown = unit_of(fit.tree), [point for point in griffin_axes.test_points(fit) if point.name in tests][:8]
     values = [
@@ -250,10 +246,7 @@ def has_lock_in(fit: Fit) -> bool:
 def lock_in_plot(fit: Fit) -> FigureWithCaption:
     """Steady amplitudes of sweeps and tests by rig, with the bands of the smooth model where the fit has it."""
     wanted = {sweep.rig for sweep in fit.campaign.sweeps} | {test.rig for test in fit.campaign.tests}
-    used, scale = (
-        [rig.name for rig in fit.campaign.rigs if rig.name in wanted],
-        shown_in(fit.campaign.section.amplitude_unit)[0],
-    )
+    used = [rig.name for rig in fit.campaign.rigs if rig.name in wanted]
     styles = {name: style.line_style(i) for i, name in enumerate(used)}
     unit, smooth = fit.campaign.section.amplitude_unit, has_speeds(fit.tree)
     scale = shown_in(unit)[0]
@@ -303,7 +296,7 @@ def _steady(axes: "Axes", fit: Fit, styles: Mapping[str, style.LineStyle]) -> fl
         tests = [test for test in campaign.tests if test.rig == rig and test.name in test_names(tree)]
         if not tests:
             continue
-        x = [test.wind_speed.mean / unit_speed[rig] for test in tests]
+        x = [campaign.reduced_velocity(test) for test in tests]
         stable = [np.quantile(printed_draws(tree, test.name)["a_star"], style.Q90) for test in tests]
         low, middle, high = np.array(stable).T
         axes.errorbar(
@@ -314,7 +307,7 @@ def _steady(axes: "Axes", fit: Fit, styles: Mapping[str, style.LineStyle]) -> fl
         top = max(top, float(high.max()))
     stated = [(test, test.stable_amplitude.mean) for test in campaign.tests if test.stable_amplitude is not None]
     if stated:
-        x, y = np.array([(test.wind_speed.mean / unit_speed[test.rig], mean) for test, mean in stated]).T
+        x, y = np.array([(campaign.reduced_velocity(test), mean) for test, mean in stated]).T
         axes.plot(x, scale * y, "x", color=style.BLACK, ms=5, mew=1.1, label="measured stable amplitude", zorder=5)
     return top
 
@@ -325,8 +318,8 @@ def _smooth(panels: "Sequence[Axes]", fit: Fit, styles: Mapping[str, style.LineS
     scale = shown_in(unit_of(fit.tree))[0]
     rigs, numbers = (group[key].to_numpy() for key in ("point_rig", "point_scruton_number"))
     scruton_numbers = {str(name): float(np.median(numbers[rigs == name])) for name in group["rig"].to_numpy()}
-    bands = {rig: lock_in_band(fit.tree, sc, rig=rig, seed=_seed(fit)) for rig, sc in scruton_numbers.items()}
-    new = lock_in_band(fit.tree, _untested(list(scruton_numbers.values())), seed=_seed(fit))
+    bands = {rig: lock_in_band(fit.tree, sc, rig=rig, seed=fit.seed) for rig, sc in scruton_numbers.items()}
+    new = lock_in_band(fit.tree, _untested(list(scruton_numbers.values())), seed=fit.seed)
 
     def largest(values: FloatArray, shown: LockInBand) -> float:
         tested = (shown.velocity >= group.attrs["tested_low"]) & (shown.velocity <= group.attrs["tested_high"])
