@@ -252,7 +252,7 @@ def size(
     limits : Limit, str or sequence of them
         Beside those that the bridge names, such as "jtg" or "0.13 m".
     rig, law_n, seed
-        As of `scruton.sizing.study.size`.
+        As of `scruton.sizing.size.size`.
 
     Raises
     ------
@@ -262,7 +262,7 @@ def size(
     from scruton.griffin.posterior import motion_of, test_names
     from scruton.sizing.bridge import load_bridge
     from scruton.sizing.limits import limit
-    from scruton.sizing.study import size
+    from scruton.sizing.size import size
 
     check_given("sizing", seed=seed, law_n=law_n)
     tree = given_tree(fit)
@@ -270,7 +270,8 @@ def size(
         raise InputError("posterior", "", "no test in wind", "a fit of at least one test: still air says nothing of it")
     structure = load_bridge(Path(bridge), motion_of(tree)) if isinstance(bridge, Path | str) else bridge
     rules = [limit(rule) if isinstance(rule, str) else rule for rule in several(limits)]
-    return size(tree, structure, rules, rig=rig, law_n=law_n, seed=seed, progress=_Told())
+    (sizing,) = size([(tree, structure)], rules, rig=rig, law_n=law_n, seed=seed, progress=_Told())
+    return sizing
 
 
 def criticise(fit: "Fit | Path | str", scruton_numbers: float | Sequence[float] = (), *, seed: int = 0) -> "Criticism":
