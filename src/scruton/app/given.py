@@ -71,6 +71,13 @@ def read_results(fit: "Fit | Path | str") -> "tuple[xr.DataTree, Mapping[str, An
     return fit.tree, fit.summary
 
 
+def check_in_wind(tree: "xr.DataTree", where: Path | str) -> None:
+    """Refuse a fit of still air alone, which lies `where`."""
+    if "posterior" not in tree:
+        wanted = "a fit of at least one test in wind: still air says nothing of the law"
+        raise InputError(where, "", "a campaign without tests in wind", wanted)
+
+
 def given_tree(fit: "Fitted") -> "xr.DataTree":
     """The tree of a fit."""
     import xarray as xr
