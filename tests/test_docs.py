@@ -20,7 +20,7 @@ from scruton.provenance import provenance
 from scruton.sizing.bridge import load_bridge
 from scruton.sizing.limits import RULES
 from scruton.sizing.results import Sizing
-from scruton.sizing.study import ASKED_FOR
+from scruton.sizing.size import ASKED_FOR
 
 ROOT = Path(__file__).resolve().parents[1]
 ROOMS = ("campaign", "envelope", "stats", "dynamics", "infer", "griffin", "report", "calibrate")

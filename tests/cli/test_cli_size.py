@@ -14,7 +14,7 @@ from scruton.report.parts import Asked, sizing_part
 from scruton.sizing.bridge import load_bridge, with_damping
 from scruton.sizing.existing import as_built, offers
 from scruton.sizing.limits import limit
-from scruton.sizing.study import size
+from scruton.sizing.size import size
 
 BRIDGE = """format = 1
 title = "A <bridge> & 桥"
@@ -210,7 +210,7 @@ def test_a_law_without_a_curve_of_its_own_starts_where_it_has_its_answer_whoever
     tree = read_tree(small_results)[0].copy()
     tree["laws"].attrs["doubted"] = "the drift leaves even n=-1"
     of = load_bridge(bridge, Motion.HEAVING)
-    every, alone = (size(tree, of, [], law_n=n) for n in (None, 2.0))
+    (every,), (alone,) = (size([(tree, of)], law_n=n) for n in (None, 2.0))
     assert any("no law of the card holds" in flag for flag in every.flags)
     assert any("its curve is a what-if" in flag for flag in alone.flags)
     for one, other in zip(every.modes, alone.modes, strict=True):
@@ -229,9 +229,8 @@ def rebuilt(results, found, folder):
     if settings["damping"] is not None:
         bridge = with_damping(bridge, parse_damping(settings["damping"]), f"--damping {settings['damping']}")
     bridge = as_built(bridge, settings["identified"])
-    again = size(
-        tree,
-        bridge,
+    (again,) = size(
+        [(tree, bridge)],
         [limit(rule) for rule in kept["limits"]],
         rig=settings["rig"],
         law_n=settings["law"],

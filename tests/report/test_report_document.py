@@ -54,7 +54,7 @@ from scruton.sizing.bridge import Bridge, Cost, Mode
 from scruton.sizing.checks import CONFIDENCES
 from scruton.sizing.existing import offers
 from scruton.sizing.limits import limit
-from scruton.sizing.study import size
+from scruton.sizing.size import size
 from scruton.stats.convergence import monte_carlo_error
 
 EVIL = """<script>alert('1')</script> "B/D" & 50 % #1 $x_1$ \\ ~^ {y} 矩形断面 ξₛ → λ 🌉"""
@@ -479,7 +479,7 @@ def test_nothing_is_priced_or_judged_on_posteriors_that_did_not_converge(three) 
     trial = next(name for name in posteriors if name.startswith("trial function of"))
     rig = next(name for name in posteriors if name.startswith("rig "))
     offer = offers("20 t, 0.3 Hz, 0.1")
-    found = size(with_failed(three.tree, rig, trial), bridge, offers=offer)
+    (found,) = size([(with_failed(three.tree, rig, trial), bridge)], offers=offer)
     assert found.unconverged == (rig,)
     assert "not to be trusted" in found.flags[0]
     assert rig in found.flags[0]
@@ -491,7 +491,7 @@ def test_nothing_is_priced_or_judged_on_posteriors_that_did_not_converge(three) 
     text = render_text(sizing_summary(found.to_json()))
     assert text.index("not to be trusted") < text.index("Added damping")
     assert "Least expected cost" not in text
-    good = size(with_failed(three.tree, trial), bridge, offers=offer)
+    (good,) = size([(with_failed(three.tree, trial), bridge)], offers=offer)
     assert good.unconverged == ()
     assert good.modes[0].cost is not None
     assert good.existing is not None
@@ -510,7 +510,7 @@ def test_a_sizing_and_a_report_say_which_laws_answer_without_having_converged(th
     tree["convergence"] = xr.DataTree(xr.Dataset({name: ("row", values) for name, values in rows.items()}))
     mode = Mode("V1", Quantity(0.3, 0.003), Quantity(2e4), 4e6, damping_ratio=Quantity(0.003, 0.001))
     bridge = Bridge("b", Motion.HEAVING, 12.0, 3.0, 1.225, Quantity(1.0), (limit("0.05"),), (mode,))
-    found = size(tree, bridge)
+    (found,) = size([(tree, bridge)])
     assert found.unconverged == ()
     (flag,) = [flag for flag in found.flags if "did not converge" in flag]
     assert "hold 10% of the weight of the answer: n=0 (10%); to mend it raise sampler.max_steps" in flag
@@ -518,7 +518,8 @@ def test_a_sizing_and_a_report_say_which_laws_answer_without_having_converged(th
     assert "hold 10% of the weight" in " ".join(render_text(sizing_summary(found.to_json())).split())
     page = text_of(compose(material(three, sizing=found.to_json())).chapters[0].blocks)
     assert "hold 10 % of the weight of the answer: n = 0 (10 %)" in page
-    assert not any("did not converge" in flag for flag in size(tree, bridge, law_n=-1.0).flags)
+    (alone,) = size([(tree, bridge)], law_n=-1.0)
+    assert not any("did not converge" in flag for flag in alone.flags)
 
 
 def test_the_gap_is_told_with_where_and_how_far_it_shrinks(three) -> None:
@@ -674,7 +675,8 @@ def test_runs_of_a_paragraph_keep_their_blanks() -> None:
 def test_a_sizing_flags_what_a_bridge_can_hardly_be(three) -> None:
     mode = Mode("V1", Quantity(0.3, 0.3), Quantity(1e12), damping_ratio=Quantity(0.3))
     odd = Bridge("odd", Motion.HEAVING, 12.0, 3.0, 1.225, Quantity(0.95, 0.1, "normal"), (limit("jtg"),), (mode,))
-    said = "; ".join(size(three.tree, odd).flags)
+    (found,) = size([(three.tree, odd)])
+    said = "; ".join(found.flags)
     for words in (
         "of the frequency is 100 % of its mean",
         "mass over that of the air displaced",

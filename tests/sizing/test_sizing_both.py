@@ -10,7 +10,6 @@ from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
 from scruton.griffin.curves import LawCurves
 from scruton.infer.store import read_tree
-from scruton.sizing.both import size_both
 from scruton.sizing.bridge import Bridge, Mode, load_bridge
 from scruton.sizing.damper_request import DamperRequest, RiskOf
 from scruton.sizing.dampers import damper
@@ -20,7 +19,7 @@ from scruton.sizing.limits import limit
 from scruton.sizing.mode_shape import sine
 from scruton.sizing.model import ModeModel
 from scruton.sizing.modes import exceedance
-from scruton.sizing.study import size
+from scruton.sizing.size import size
 from scruton.sizing.together import OnAxis, Placed, exceedance_of, joint_draws, placed, sized_for_any, with_dampers
 from scruton.sizing.transfer import Transfer
 
@@ -269,8 +268,8 @@ def test_two_fits_of_one_bridge_are_sized_with_their_union(small_results, tmp_pa
     path = written(tmp_path)
     heaving, torsional = (load_bridge(path, motion) for motion in Motion)
     offer = offers("40 t, 0.3 Hz, 0.1; 20 t, 0.8 Hz, 0.1")
-    sizings = size_both([(tree, heaving), (other, torsional)], [limit("kd")], offers=offer)
-    alone = size(tree, heaving, [limit("kd")])
+    sizings = size([(tree, heaving), (other, torsional)], [limit("kd")], offers=offer)
+    (alone,) = size([(tree, heaving)], [limit("kd")])
     assert [[mode.name for mode in one.modes] for one in sizings] == [["V1"], ["T1"]]
     said = next(flag for flag in alone.flags if "other motion" in flag)
     assert "T1. `scruton size` takes their fit as --other" in said  # also where another verb tells it
@@ -296,6 +295,6 @@ def test_two_fits_of_one_bridge_are_sized_with_their_union(small_results, tmp_pa
         assert [each.position for each in every.dampers] == [0.5, 0.4]
         assert own.left.each[0] == pytest.approx(every.left.each[k], abs=0.01)
     with pytest.raises(InputError, match="no stated motion"):
-        size_both([(tree, heaving), (other, replace(heaving, motion=Motion.TORSIONAL))], [limit("kd")])
+        size([(tree, heaving), (other, replace(heaving, motion=Motion.TORSIONAL))], [limit("kd")])
     with pytest.raises(InputError, match="--other"):
-        size_both([(tree, heaving), (tree, replace(heaving))], [limit("kd")])
+        size([(tree, heaving), (tree, replace(heaving))], [limit("kd")])

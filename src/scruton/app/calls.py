@@ -7,11 +7,10 @@ are, one by itself.  Progress and warnings go to the logger
 
 import logging
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scruton.app.given import check_given, given_campaign, given_card, given_tree, read_results
+from scruton.app.given import check_given, check_in_wind, given_campaign, given_card, given_tree, read_results
 from scruton.campaign import Campaign, tests_named
 from scruton.campaign import load_campaign as _load_campaign
 from scruton.campaign.quantity import Quantity
@@ -250,7 +249,7 @@ def size(
     limits : Limit, str or sequence of them
         Beside those that the bridge names, such as "jtg" or "0.13 m".
     rig, law_n, seed
-        As of `scruton.sizing.study.size`.
+        As of `scruton.sizing.size.size`.
 
     Raises
     ------
@@ -260,7 +259,7 @@ def size(
     from scruton.griffin.posterior import motion_of, test_names
     from scruton.sizing.bridge import load_bridge
     from scruton.sizing.limits import limit
-    from scruton.sizing.study import size
+    from scruton.sizing.size import size
 
     check_given("sizing", seed=seed, law_n=law_n)
     tree = given_tree(fit)
@@ -268,7 +267,8 @@ def size(
         raise InputError("posterior", "", "no test in wind", "a fit of at least one test: still air says nothing of it")
     structure = load_bridge(Path(bridge), motion_of(tree)) if isinstance(bridge, Path | str) else bridge
     rules = [limit(rule) if isinstance(rule, str) else rule for rule in several(limits)]
-    return size(tree, structure, rules, rig=rig, law_n=law_n, seed=seed, progress=_Told())
+    (sizing,) = size([(tree, structure)], rules, rig=rig, law_n=law_n, seed=seed, progress=_Told())
+    return sizing
 
 
 def criticise(fit: "Fit | Path | str", scruton_numbers: float | Sequence[float] = (), *, seed: int = 0) -> "Criticism":
@@ -288,19 +288,12 @@ def criticise(fit: "Fit | Path | str", scruton_numbers: float | Sequence[float] 
     InputError
         If there is no test in wind.
     """
-    from scruton.griffin.sensitivity import points_of, prediction_sensitivity
-    from scruton.infer.criticism import criticise_tree
+    from scruton.griffin.sensitivity import criticised
 
     check_given("criticism", seed=seed, scruton_numbers=several(scruton_numbers))
     tree, summary = read_results(fit)
-    if "posterior" not in tree:
-        wanted = "a fit of at least one test in wind: still air says nothing of the law"
-        raise InputError("posterior", "", "a campaign without tests in wind", wanted)
-    found = criticise_tree(tree, summary, seed=seed)
-    if "campaign_posterior" not in tree:
-        return found
-    points = points_of(tree, list(several(scruton_numbers)))
-    return replace(found, predictions=prediction_sensitivity(tree, points, seed=seed))
+    check_in_wind(tree, "posterior")
+    return criticised(tree, summary, several(scruton_numbers), seed=seed)
 
 
 def validate(

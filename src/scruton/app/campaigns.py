@@ -4,8 +4,9 @@ from argparse import Namespace
 
 import numpy as np
 
+from scruton.app.given import asked_campaign
 from scruton.app.run import Outcome, Run, default_folder, workers_of
-from scruton.campaign import load_campaign, tests_named, tests_used
+from scruton.campaign import load_campaign, tests_named
 from scruton.cells import safe_frame
 from scruton.documents import as_json, write_text
 from scruton.report.conventions import conventions
@@ -84,15 +85,10 @@ def diagnose(arguments: Namespace) -> Outcome:
     from scruton.report.figures import save
     from scruton.report.figures.gap import gap_figure
 
-    campaign, card, thorough = load_campaign(arguments.campaign), load_card(arguments.model), arguments.thorough
-    if arguments.strict:
-        from scruton.envelope import usable
-
-        usable(campaign, strict=True)
-    folder, names = arguments.out or default_folder(arguments.campaign) / "gap", tests_named(campaign, arguments.tests)
+    campaign, names = asked_campaign(arguments)
+    card, thorough = load_card(arguments.model), arguments.thorough
+    folder = arguments.out or default_folder(arguments.campaign) / "gap"
     settings = {"thorough": thorough, "tests": list(names), **({"sc": arguments.sc} if arguments.sc else {})}
-    if names:
-        campaign = tests_used(campaign, names)
     claim = Run(
         folder, "diagnose", arguments, sha256=campaign.sha256 or {}, card=card, settings=settings, results=(RESULT,)
     )

@@ -1,11 +1,11 @@
 """`scruton criticise`: what a statistician asks of a fit, answered in tables, figures and sentences."""
 
 from argparse import Namespace
-from dataclasses import replace
 from pathlib import Path
 from textwrap import shorten
 from typing import Any
 
+from scruton.app.given import check_in_wind
 from scruton.app.run import Outcome, Run
 from scruton.documents import read_json, write_text
 from scruton.errors import InputError
@@ -29,8 +29,7 @@ def run(arguments: Namespace) -> Outcome:
 
     InputError if the folder holds no fit of a test in wind, or a criticism lies where one shall be written.
     """
-    from scruton.griffin.sensitivity import points_of, prediction_sensitivity
-    from scruton.infer.criticism import criticise_tree
+    from scruton.griffin.sensitivity import criticised
     from scruton.infer.store import provenance_of, read_tree
 
     results = arguments.results
@@ -39,9 +38,7 @@ def run(arguments: Namespace) -> Outcome:
         wanted = "another folder, such as its subfolder criticism"
         raise InputError(folder, "-o", "the folder of the fit itself", wanted)
     tree, summary = read_tree(results)
-    if "posterior" not in tree:
-        wanted = "a fit of at least one test in wind: still air says nothing of the law"
-        raise InputError(results, "", "a campaign without tests in wind", wanted)
+    check_in_wind(tree, results)
     fitted = provenance_of(results, summary)
     design = list(arguments.sc)
     if arguments.bridge is not None:
@@ -50,10 +47,7 @@ def run(arguments: Namespace) -> Outcome:
         design += scruton_numbers_of(tree, arguments.bridge)
     settings = {"sc": design}
     with Run(folder, "criticise", arguments, sha256=fitted, settings=settings, results=(CONTENT, TEXT)) as work:
-        criticism = criticise_tree(tree, summary, seed=arguments.seed)
-        if "campaign_posterior" in tree:
-            predictions = prediction_sensitivity(tree, points_of(tree, design), seed=arguments.seed)
-            criticism = replace(criticism, predictions=predictions)
+        criticism = criticised(tree, summary, design, seed=arguments.seed)
         text = criticism_text(criticism, str(summary["title"]), str(summary["amplitude_unit"]))
         written = [*_tables(criticism, work.new / TABLES), *_figures(tree, criticism, work.new / FIGURES)]
         write_text(work.new / TEXT, text + "\n")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scruton.app.given import asked_campaign
 from scruton.app.run import Outcome, Run, default_folder
 from scruton.app.thresholds import (
     COST_EFFECT,
@@ -18,7 +19,7 @@ from scruton.app.thresholds import (
     COST_TEST,
     COST_TRIAL,
 )
-from scruton.campaign import Campaign, load_campaign, tests_named, tests_used
+from scruton.campaign import Campaign
 from scruton.campaign.schema import Kind
 from scruton.progress import Progress, Stages
 from scruton.report.render_text import render_text
@@ -51,14 +52,7 @@ class FitTask:
         """Read the campaign and the card that the command line asks for; InputError for bad input."""
         from scruton.infer.cards import load_card
 
-        campaign = load_campaign(asked.campaign)
-        if getattr(asked, "strict", False):  # a batch does not ask
-            from scruton.envelope import usable
-
-            usable(campaign, strict=True)
-        names = tests_named(campaign, asked.tests)
-        if names:
-            campaign = tests_used(campaign, names)
+        campaign, names = asked_campaign(asked)
         folder = asked.out if asked.out is not None else default_folder(asked.campaign)
         return cls(campaign, load_card(asked.model), names, asked.seed, asked.effect, folder)
 

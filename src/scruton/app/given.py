@@ -1,5 +1,6 @@
-"""What a call from Python is given: objects or paths, and numbers that are checked before any work is done."""
+"""What a command or a call is given: objects or paths, and numbers that are checked before any work is done."""
 
+from argparse import Namespace
 from collections.abc import Iterable, Mapping, Sequence
 from numbers import Integral, Real
 from pathlib import Path
@@ -9,7 +10,7 @@ import numpy as np
 
 from scruton.app.options import check_writable
 from scruton.app.thresholds import EXPONENTS, LARGEST_SC, LARGEST_SEED
-from scruton.campaign import Campaign, load_campaign, tests_used
+from scruton.campaign import Campaign, load_campaign, tests_named, tests_used
 from scruton.campaign.spelling import several
 from scruton.errors import InputError
 
@@ -53,6 +54,17 @@ def given_campaign(campaign: Campaign | Path | str, tests: str | Sequence[str] =
     return tests_used(loaded, tests) if several(tests) else loaded
 
 
+def asked_campaign(asked: Namespace) -> tuple[Campaign, tuple[str, ...]]:
+    """The campaign of the command line, of the tests alone that it names, and their names; InputError for bad input."""
+    campaign = load_campaign(asked.campaign)
+    if getattr(asked, "strict", False):  # a batch does not ask
+        from scruton.envelope import usable
+
+        usable(campaign, strict=True)
+    names = tests_named(campaign, asked.tests)
+    return (tests_used(campaign, names) if names else campaign), names
+
+
 def given_card(card: "ModelCard | Path | str") -> "ModelCard":
     """The model card."""
     from scruton.infer.cards import load_card
@@ -69,6 +81,13 @@ def read_results(fit: "Fit | Path | str") -> "tuple[xr.DataTree, Mapping[str, An
     if not hasattr(fit, "tree"):
         raise InputError("fit", "", f"a {type(fit).__name__}", "a Fit, or the folder of one")
     return fit.tree, fit.summary
+
+
+def check_in_wind(tree: "xr.DataTree", where: Path | str) -> None:
+    """Refuse a fit of still air alone, which lies `where`."""
+    if "posterior" not in tree:
+        wanted = "a fit of at least one test in wind: still air says nothing of the law"
+        raise InputError(where, "", "a campaign without tests in wind", wanted)
 
 
 def given_tree(fit: "Fitted") -> "xr.DataTree":

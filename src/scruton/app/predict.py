@@ -9,6 +9,7 @@ from scruton.app.run import Outcome, Run, variant
 from scruton.errors import InputError
 from scruton.infer.store import read_draws
 from scruton.report.render_text import render_text
+from scruton.report.wording import TERMINAL
 from scruton.terminal import DONE, NOT_TRUSTED, line_width
 
 if TYPE_CHECKING:
@@ -68,30 +69,43 @@ def read_fit(results: Path, effect: str | None, wanted: str) -> "Fitted":
 
 
 def size(arguments: Namespace) -> Outcome:
-    """Size the damping: sizing.json, its table for the terminal and its figures.
+    """Size the damping of one fit, or with --other of both: sizing.json, its table for the terminal and its figures.
+
+    The other one's results lie in a folder of its motion's name.
 
     InputError for bad input, or a folder that holds a sizing already; nothing is written then.
     """
     from scruton.infer.store import provenance_of
     from scruton.report.chapters.sizing import sizing_summary
+    from scruton.report.chapters.together import as_fraction, both_blocks
     from scruton.sizing.results import RESULT
-    from scruton.sizing.study import sized
+    from scruton.sizing.size import check_other, sized
 
-    results = arguments.results
+    check_other(arguments.other, arguments.bridge, "command line", "--")
     folder, rules, asked = asked_of(arguments)
-    tree, summary = read_fit(results, arguments.effect, "a fit of at least one test")
-    bridge = bridge_of(tree, arguments)
-    settings = settings_of(arguments)
-    inputs = provenance_of(results, summary) | dict(bridge.sha256)
+    folders = [place for place in (arguments.results, arguments.other) if place is not None]
+    fits = [read_fit(results, arguments.effect, "a fit of at least one test") for results in folders]
+    bridges = [bridge_of(tree, arguments) for tree, _ in fits]
+    settings, several = settings_of(arguments), len(fits) > 1
+    made: dict[str, str] = {}
+    for bridge, results, (_, summary) in zip(bridges, folders, fits, strict=True):
+        whose = f"{bridge.motion.value}: " if several else ""
+        made |= {f"{whose}{name}": digest for name, digest in provenance_of(results, summary).items()}
+    stated = dict(bridges[0].sha256)
+    inputs = stated | made if several else made | stated  # manifests keep this order
     with Run(folder, "size", arguments, sha256=inputs, settings=settings, results=(RESULT,)) as work:
-        content = sized(
-            results, (tree, summary), bridge, rules, asked=settings, rig=arguments.rig, law_n=arguments.law,
+        contents = sized(
+            folders, fits, bridges, rules, asked=settings, rig=arguments.rig, law_n=arguments.law,
             seed=arguments.seed, progress=work.bar, offers=asked,
         )  # fmt: skip
-        paths = work.published(write_sizing(work, content))
-    return Outcome(
-        render_text(sizing_summary(content), line_width()), paths, code=NOT_TRUSTED if content["unconverged"] else DONE
-    )
+        written: list[Path] = []
+        for content, part in zip(contents, ("", bridges[-1].motion.value), strict=False):
+            written += write_sizing(work, content, part)
+        paths = work.published(written)
+    told = [*map(sizing_summary, contents), both_blocks(contents[0], "", as_fraction, TERMINAL)]
+    text = "\n\n".join(filter(None, (render_text(blocks, line_width()) for blocks in told)))
+    untrusted = any(content["unconverged"] for content in contents)
+    return Outcome(text, paths, code=NOT_TRUSTED if untrusted else DONE)
 
 
 def asked_of(arguments: Namespace) -> "tuple[Path, list[Limit], list[Offer]]":

@@ -30,7 +30,7 @@ def run(arguments: Namespace) -> Outcome:
     InputError for bad input; nothing is written then. What fails once the fit is made is a remark.
     """
     from scruton.infer.store import SUMMARY
-    from scruton.sizing.both import check_other
+    from scruton.sizing.size import check_other
 
     bridge, limits = arguments.bridge, arguments.limit
     if limits and bridge is None:

@@ -210,7 +210,7 @@ VERBS = (
         SC,
         Argument("--html", type=Path, metavar="FILE", help="a page of it, with both Griffin plots in one"),
     )),
-    Verb("size", "damper sizing: required damping with its risk, dampers, what more testing is worth", "both:size", (
+    Verb("size", "damper sizing: required damping with its risk, dampers, what more testing is worth", "predict:size", (
         RESULTS,
         WHOLE_FIT,
         out("folder for the sizing (default: RESULTS/sizing, or sizing-2 and so on where one lies there)"),

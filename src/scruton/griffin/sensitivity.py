@@ -1,9 +1,9 @@
 """How far predictions follow what the model card says of tau, of kappa and of the laws, beside what records say."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,8 @@ from scruton.stats.priors import Prior
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from scruton.infer.criticism import Criticism
 
 Point = tuple[str, float]
 LAWS = "law weights"
@@ -96,6 +98,18 @@ def prediction_sensitivity(
             halved, doubled = (weighted_band(own, log_weight) for log_weight in moved)
             rows.append(PredictionSensitivity(where, number, source, distance, *at, halved, doubled, error))
     return tuple(rows)
+
+
+def criticised(
+    tree: "xr.DataTree", summary: Mapping[str, Any], design: Sequence[float] = (), *, seed: int = 0
+) -> "Criticism":
+    """Run every check of `criticise_tree`; of a fit that predicts with its sensitivity at `points_of` the design."""
+    from scruton.infer.criticism import criticise_tree
+
+    found = criticise_tree(tree, summary, seed=seed)
+    if "campaign_posterior" not in tree:
+        return found
+    return replace(found, predictions=prediction_sensitivity(tree, points_of(tree, design), seed=seed))
 
 
 def _moved(prior: Prior, log: FloatArray, factor: float) -> FloatArray:

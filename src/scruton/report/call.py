@@ -61,7 +61,7 @@ def report(
     from scruton.report.office import check_office
     from scruton.report.parts import Asked
     from scruton.report.saved import beside, chosen_sizing, sizing_remark
-    from scruton.sizing.both import check_other
+    from scruton.sizing.size import check_other
 
     numbers, rules, office = several(scruton_numbers), several(limits), several(office)
     for form in office:

@@ -25,11 +25,10 @@ from scruton.report.figures.registry import contents
 from scruton.report.figures.sizing import modes
 from scruton.report.needs import governing
 from scruton.report.wording import limit_text
-from scruton.sizing.both import sized_both
 from scruton.sizing.bridge import Bridge, load_bridge
 from scruton.sizing.limits import limit
 from scruton.sizing.model import ModeModel, stated_scruton_number, unit_cube
-from scruton.sizing.study import sized
+from scruton.sizing.size import sized
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -138,9 +137,7 @@ def sizing_part(folder: Path, asked: Asked, seed: int = 0, fit: "Fit | None" = N
             raise InputError(str(place), "", "a campaign without tests in wind", "a campaign with at least one test")
     bridges = [load_bridge(asked.bridge, motion_of(tree)) for tree, _ in fits]
     rules, settings = [*map(limit, asked.limits)], {"limits": list(asked.limits)}
-    if asked.other is None:
-        return part_of_sizing(sized(folder, fits[0], bridges[0], rules, asked=settings, seed=seed))
-    return part_of_sizing(*sized_both(folders, fits, bridges, rules, asked=settings, seed=seed))
+    return part_of_sizing(*sized(folders, fits, bridges, rules, asked=settings, seed=seed))
 
 
 def part_of_sizing(content: Mapping[str, Any], other: Mapping[str, Any] | None = None) -> Part:

@@ -1,9 +1,8 @@
-"""`size`: from the posterior of the section model to everything that `scruton size` finds."""
+"""Parts of a sizing: a fit, and what is found in its light of the modes of a bridge that are of its motion."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,16 +16,14 @@ from scruton.griffin.posterior import chosen_rig, motion_of, rig_mass_damping_dr
 from scruton.griffin.predict import prior_speaks, unsettled_laws
 from scruton.infer.joint import curve_remark, doubted_remark, unconverged
 from scruton.infer.results import TRIAL
-from scruton.infer.store import provenance_of
 from scruton.progress import Progress
-from scruton.provenance import provenance
-from scruton.said import key, parts_of, said
+from scruton.said import key, said
 from scruton.sizing.bridge import Bridge
 from scruton.sizing.checks import ASKED, Evidence, from_nearest_test
 from scruton.sizing.damper_request import RiskOf
 from scruton.sizing.damper_table import damper_table
 from scruton.sizing.dampers import damper, struck_flag, withheld
-from scruton.sizing.existing import Offer, existing, hung
+from scruton.sizing.existing import Offer, existing
 from scruton.sizing.governing import governing, outside
 from scruton.sizing.hours import assumed_remarks, lock_in_shape
 from scruton.sizing.inputs import inputs_of
@@ -42,137 +39,18 @@ from scruton.sizing.remarks import (
     farther_limits,
     mode_factors,
     stroke_remark,
-    unsized,
     worst_remark,
 )
 from scruton.sizing.results import ModeSizing, SizedBridge, Sizing, Stated, StatedTransfer
 from scruton.sizing.risk import flags, remarks, risk, shares
 from scruton.sizing.thresholds import AT_NODE, LEAST_EXPONENT, NEAR_NODE, ONE_RIG
-from scruton.sizing.together import Placed, placed, sized_for_any
+from scruton.sizing.together import Placed, sized_for_any
 from scruton.sizing.transfer import transfer_remarks
 
 if TYPE_CHECKING:
     import xarray as xr
 
 SPREAD_DRAWS = 1 << 12
-# What may be asked for beside a bridge, and what it is where it is not.
-ASKED_FOR: Mapping[str, Any] = {
-    "law": None, "effect": None, "rig": None, "damping": None, "limits": [], "dampers": [], "identified": [],
-}  # fmt: skip
-
-
-def sizing_origin(
-    folder: Path, summary: Mapping[str, Any], bridge: Bridge, *, seed: int, settings: Mapping[str, Any]
-) -> dict[str, Any]:
-    """What a sizing was made from: the fit in a folder with all that it was made from, and the bridge."""
-    fit, fitted = provenance_of(folder, summary), summary["provenance"]
-    return {
-        **provenance(
-            "size", seed=seed, sha256={**fitted["sha256"], **fit, **bridge.sha256}, settings=settings,
-            card={key: fitted["card"][key] for key in ("name", "sha256")},
-        ),
-        "fit_sha256": fit, "bridge_sha256": dict(bridge.sha256), "limits": list(settings["limits"]),
-    }  # fmt: skip
-
-
-def sized(
-    folder: Path,
-    fit: "tuple[xr.DataTree, Mapping[str, Any]]",
-    bridge: Bridge,
-    limits: Sequence[Limit],
-    *,
-    asked: Mapping[str, Any] | None = None,
-    **options: Any,
-) -> dict[str, Any]:
-    """The content of sizing.json, the same whichever verb writes it.
-
-    Parameters
-    ----------
-    folder : Path
-        That the fit lies in.
-    fit : (DataTree, mapping)
-        As `scruton.infer.store.read_tree` gives it.
-    bridge, limits
-        As of `size`.
-    asked : mapping, optional
-        What else was asked for, by the names of `ASKED_FOR`.
-    **options
-        As of `size`.
-    """
-    sizing = size(fit[0], bridge, limits, **options)
-    return described(folder, fit[1], bridge, sizing, asked, seed=int(options.get("seed", 0)))
-
-
-def described(
-    folder: Path,
-    summary: Mapping[str, Any],
-    bridge: Bridge,
-    sizing: Sizing,
-    asked: Mapping[str, Any] | None = None,
-    *,
-    seed: int,
-) -> dict[str, Any]:
-    """The content of sizing.json with what it was made from, of the fit in a folder; arguments as of `sized`."""
-    content = sizing.to_json()
-    if not bridge.documents:
-        content["flags"].append("no bridge was given: the answer is for the section model itself, at its own size")
-    if parts := parts_of(sizing.flags):
-        content["flag_parts"] = parts
-    settings = {**ASKED_FOR, **(asked or {})}
-    origin = sizing_origin(folder, summary, bridge, seed=seed, settings=settings)
-    if conventions := dict(summary.get("conventions", {})):
-        if bridge.motion is Motion.HEAVING and "scruton_factor" in conventions:
-            conventions["scruton_factor"] = bridge.width / bridge.depth
-        content["conventions"] = conventions
-    return content | {"provenance": origin | {key: settings[key] for key in ("law", "effect")}}
-
-
-def size(
-    tree: "xr.DataTree",
-    bridge: Bridge,
-    limits: Sequence[Limit] = (),
-    *,
-    rig: str | None = None,
-    law_n: float | None = None,
-    seed: int = 0,
-    progress: Progress | None = None,
-    offers: Sequence[Offer] = (),
-) -> Sizing:
-    """Size the damping of a bridge from the posterior of its section model.
-
-    Parameters
-    ----------
-    tree : xarray.DataTree
-        Of a fit with tests in wind.
-    limits : sequence of Limit
-        Beside those that the bridge names.
-    rig : str, optional
-        Whose mass ratio a mode without a mass has; the first in wind if left out.
-    law_n : float, optional
-        One law alone.
-    progress : callable, optional
-        Told what is being done and the fraction done.
-    offers : sequence of Offer
-        Dampers that are there or on offer: the risk with each.
-
-    Notes
-    -----
-    From one rig the discrepancy between settings is taken to be `ONE_RIG`: the card's prior, which is what such a fit
-    has, breaks the promise of 95 % in 4 % of bridges where rigs miss the curve by 10 %, and in 17 % where they miss
-    it by twice as much.
-
-    Raises
-    ------
-    InputError
-        Without a limit; where a limit says nothing of this motion; where the bridge's motion is not the section's.
-    """
-    part = part_of(tree, bridge, limits, rig=rig, law_n=law_n)
-    offers = hung(part.models, offers)
-    (part,) = modes_sized([part], seed, progress)
-    dampers = None if part.unconverged else placed([mode.damper for mode in part.modes], part.models)
-    sizing = sizing_of(part, dampers, offers, seed)
-    said = of_any_mode(sizing.all_modes, dampers, part.models)
-    return replace(sizing, flags=(*sizing.flags, *unsized(bridge), *said))
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,7 +89,7 @@ class Part:
 def part_of(
     tree: "xr.DataTree", bridge: Bridge, limits: Sequence[Limit], *, rig: str | None = None, law_n: float | None = None
 ) -> Part:
-    """Check what is to be sized, arguments and errors as of `size`."""
+    """Check what is to be sized, arguments and errors as of `scruton.sizing.size.size`."""
     if law_n is not None and not (np.isfinite(law_n) and law_n >= LEAST_EXPONENT):
         raise InputError("sizing", "law", f"{law_n:g}", f"a finite exponent from {LEAST_EXPONENT:g} on")
     rules = tuple({rule.text: rule for rule in (*bridge.limits, *limits)}.values())

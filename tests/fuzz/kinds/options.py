@@ -36,7 +36,7 @@ GOOD: dict[str, tuple[str, ...]] = {
 STOPS: dict[str, tuple[str, ...]] = {
     "fit": ("scruton.infer.fit.fit_campaign",),
     "report": ("scruton.processes.pool=no-pool", "scruton.infer.fit.fit_campaign"),
-    "size": ("scruton.sizing.study.size",),
+    "size": ("scruton.sizing.size.size",),
     "criticise": ("scruton.infer.criticism.criticise_tree",),
     "validate": ("scruton.infer.fit.fit_campaign",),
     "batch": ("distributed.LocalCluster",),

@@ -14,7 +14,7 @@ from tests.fuzz.stock import Stock
 PREDICT = ("predict", "case", "--sc", "30", "--json")
 TOLERANCE = 0.05  # relative change of the median that damage may make unnoticed
 STOP = {
-    "size": "scruton.sizing.study.size",
+    "size": "scruton.sizing.size.size",
     "criticise": "scruton.infer.criticism.criticise_tree",
     "fit": "scruton.infer.fit.fit_campaign",
     "batch": "scruton.workers.connected",

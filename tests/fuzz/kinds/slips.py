@@ -289,7 +289,7 @@ def _command(rng: Generator, name: str, folder: Path, stock: Stock) -> Case:
     def demand(run: Run) -> str:
         return "" if run.code == 2 or warnings(run.said) else f"slip unnoticed: {name}"
 
-    stops = ("scruton.sizing.study.size",) if argv[0] == "size" else ()
+    stops = ("scruton.sizing.size.size",) if argv[0] == "size" else ()
     return Case(f"slip: {name}", argv, ANY, stops=stops, demand=demand)
 
 

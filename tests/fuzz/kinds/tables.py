@@ -130,7 +130,7 @@ def bridge(rng: Generator, number: int, folder: Path, stock: Stock) -> Case:
         "sizing",
         *(() if number % 2 else ("--quiet",)),
     )
-    stops = () if whole else ("scruton.sizing.study.size",)
+    stops = () if whole else ("scruton.sizing.size.size",)
     if number % 8 == 0:
         where = one(rng, [at for at in leaves(content) if isinstance(get(content, at), float) and at[0] != "wind"])
         value = get(content, where) * rng.uniform(0.7, 1.05)
