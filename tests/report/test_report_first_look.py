@@ -11,6 +11,7 @@ from browser import chromium, opened
 
 import scruton
 from scruton.cli import main
+from scruton.report.wording import PAGE
 
 WINDOW = (1.0, 7.0)
 
@@ -138,3 +139,12 @@ def test_a_window_follows_pointer_and_keys_and_says_what_to_paste(page, tmp_path
         assert WINDOW[1] - 0.1 < stopped < WINDOW[1]
         assert browser.complaints() == []
         assert [one for one in browser.requests() if not one.startswith("data:")] == [page.as_uri()]
+
+
+def test_captions_and_the_table_have_one_range_of_amplitudes(page):
+    text = html.unescape(page.read_text(encoding="utf-8"))
+    found = scruton.check(page.parent)
+    for quality in found.qualities.values():
+        low, high = (PAGE.number(end, 3) for end in quality.amplitude_range)
+        assert re.search(rf"amplitudes of {quality.cycles} cycles, {low} to {high}", text)
+        assert text.count(f"{low} to {high}") >= 2, "in the table, too"

@@ -38,7 +38,7 @@ class RecordQuality:
     cycles : int
         Whole cycles that could be demodulated.
     amplitude_range : (float, float)
-        Smallest and largest amplitude, over five cycles each; none below zero, as noise makes it.
+        Smallest and largest amplitude of a cycle; none below zero, as noise makes it.
     signal_to_noise : float
         Root mean square of the oscillation over that of the noise per sample.
     frequency : float
@@ -131,7 +131,7 @@ def assess(
         duration=float(record.time[-1] - record.time[0]),
         sample_rate=1.0 / steps.step,
         cycles=len(cycles.time),
-        amplitude_range=(max(float(np.min(smooth)), 0.0), float(np.max(smooth))),
+        amplitude_range=cycles.amplitude_range,
         signal_to_noise=float(np.sqrt(np.mean(cycles.amplitude**2) / 2.0) / cycles.noise_sd),
         frequency=cycles.reference_frequency,
         second_line=line,

@@ -41,6 +41,11 @@ class Cycles:
     reference_frequency: float
     noise_sd: float
 
+    @property
+    def amplitude_range(self) -> tuple[float, float]:
+        """Smallest and largest amplitude of a cycle; none below zero, as noise makes it."""
+        return max(float(self.amplitude.min()), 0.0), float(self.amplitude.max())
+
     def part(self, keep: slice) -> "Cycles":
         """These cycles alone."""
         names = ("time", "amplitude", "standard_error", "phase", "frequency", "frequency_error")
