@@ -198,12 +198,13 @@ def _swing_remarks(record: Record, swung: Swing) -> Iterator[Remark]:
 def _beat_remarks(record: Record, cycles: Cycles) -> Iterator[Remark]:
     if (ends := beats(cycles)) is None:
         return
-    low, high = ends
+    low, high = max(ends[0], 0.0), ends[1]
+    ratio = high / max(low, 1e-3 * high)  # of one that is lost in the noise: what `beats` takes for it
     what = "there is no one stable amplitude. What is called so is the mean; hold a limit against the upper end, too"
     yield Remark(
         Severity.DOUBT, "beat", "record", record.name,
         f"the amplitude rises and falls to the end of the record, between {low:.3g} and {high:.3g}: {what}.",
-        f"the amplitude rises and falls to the end, by up to {{}} times: {what},", high / low, high / low,
+        f"the amplitude rises and falls to the end, by up to {{}} times: {what},", ratio, ratio,
     )  # fmt: skip
 
 

@@ -233,8 +233,8 @@ def compared_blocks(found: Comparison, notation: Notation) -> Iterator[Block]:
         yield Table(key, f"{_name(key)}{f' [{unit}]' if unit else ''}{caveat}", header, cells,
                     numeric=(False, *[True] * (len(header) - 1 - says), *([False] if says else [])))  # fmt: skip
     yield paragraph(
-        "moved: beyond four Monte Carlo standard errors. APART: the 90 % intervals do not meet, too. wider, narrower: the"
-        f" 90 % interval of B, by a factor of {WIDTH_APART:g} or more."
+        "moved: beyond four Monte Carlo standard errors. APART: the 90 % intervals do not meet, too. wider, narrower:"
+        f" the 90 % interval of B, by a factor of {WIDTH_APART:g} or more."
         " Required damping: between the least and the greatest confidence.",
         role="note",
     )
