@@ -154,13 +154,17 @@ def test_at_a_terminal_it_asks_again_and_leaves_what_is_not_answered(tmp_path: P
     for path in (EXAMPLES / "closed-box-torsional").glob("*.csv"):
         shutil.copyfile(path, folder / path.name)
     masses = "0.18 kg*m^2/m, 0.19 kg*m^2/m, 0.20 kg*m^2/m"
-    answers = ["0,3 m", "0.3 m", "", "0.18 kg*m^2/m, 0.19 kg*m^2/m", masses, "1.2 m", "1.2 kg/m^3", "5 m/s"]
+    quoted = ", ".join(f'"{one}"' for one in masses.split(", "))
+    answers = ["0,3 m", "450", "-3 m", '"0.3 m"', "", "0.18 kg*m^2/m, 0.19 kg*m^2/m", quoted, "1.2 m", "1.2 kg/m^3"]
+    answers += ["'5 m/s'"]
     answers += ["rig9", "rig1,rig2,rig3"]
     code, seen = at_a_terminal(["init", "deck"], answers, tmp_path)
     assert code == 0
     assert "a decimal comma" in seen
     assert "2 values; wanted one, or 3" in seen
     assert "answer: width of the section along the wind, B: found" in seen
+    assert 'found "450" (no unit); wanted a length, such as 0.075 m.' in seen, "what is to be typed"
+    assert 'found "-3 m"; wanted a length, such as 0.075 m, greater than zero.' in seen
     assert 'found no rig "rig9"; wanted "rig' in seen
     made = tomllib.loads((folder / "campaign.toml").read_text(encoding="utf-8"))
     assert made["section"] == {"motion": "torsional", "width": "0.3 m"}

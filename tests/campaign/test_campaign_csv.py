@@ -219,6 +219,9 @@ def test_bad_tables_of_records(room: Room, lines: list[str], message: str) -> No
         (GOOD.replace(",", "\t"), r'or the delimiter, delimiter = "\\t"'),
         (GOOD.replace(".", ","), r'line 2: found 4 columns under a header of 2; wanted .*decimal = ","'),
         ("时间 [s],位移 [m]\n".encode("gbk"), r'not utf-8 \(at byte 2\); wanted .*encoding = "gbk"'),
+        ("Zeit [s],Auslenkung für Brücke [m]\n".encode("latin-1"), r'not utf-8 .*; wanted .*encoding = "latin-1"'),
+        (with_line(51, "0.49,nan"), r"wanted numbers throughout: leave such lines out of the file, which makes a gap"),
+        (with_line(51, "nan,0.1"), r"wanted numbers throughout: leave such lines out of the file, which makes a gap"),
         (GOOD.encode("utf-16"), r'not utf-8 \(at byte 0\); wanted .*encoding = "utf-16"'),
         (GOOD.encode() + b"1.995,\xff\n", r"found bytes that are not utf-8"),
         (bytes(range(256)), r"found bytes that are not utf-8"),
@@ -312,3 +315,12 @@ def test_a_byte_order_mark_read_as_latin_letters_takes_no_row(room):
     )
     lines = ["columns = { time = 0, displacement = 1 }", 'units = { time = "s", displacement = "m" }']
     assert room.record("a.txt", content, *lines, 'encoding = "latin-1"').time.size == TIME.size
+
+
+def test_lines_without_numbers_may_be_left_out_where_the_file_has_its_times(room: Room) -> None:
+    """A record whose times are counted by a stated rate would be shifted by that."""
+    whole = room.record("r.csv", GOOD)
+    fewer = room.record("r.csv", "\n".join([*LINES[:50], *LINES[51:]]))
+    assert len(fewer.time) == len(whole.time) - 1
+    with pytest.raises(InputError, match="wanted numbers throughout, or a part of the record that has them"):
+        room.record("r.csv", with_line(51, "0.49,nan"), 'sample_rate = "100 Hz"')

@@ -190,6 +190,7 @@ def test_other_bad_arguments(small_campaign, small_results, tmp_path, capsys):
     refused(*run("fit", small_campaign, "-o", tmp_path / "o", "--seed", "-1", capsys=capsys), "--seed")
     refused(*run("predict", small_results, capsys=capsys), "--sc")
     refused(*run("report", small_campaign, "-o", tmp_path / "o", "--sc", "nan", capsys=capsys), "--sc", "nan")
+    refused(*run("predict", small_results, "--sc", "15/40", capsys=capsys), "15/40", "--sc 15,40")
     other = run("fit", small_campaign, "-o", small_results, "--resume", "--seed", 5, capsys=capsys)
     refused(*other, "--resume", "other seed")
     refused(*run("predict", small_results, "--sc", 30, "--rig", "7#", capsys=capsys), "7#", "6#")
@@ -225,3 +226,10 @@ def test_killed_and_resumed_is_bit_for_bit_the_uninterrupted_run(small_campaign,
     for name in ("posterior.nc", "fit.json"):
         assert (out / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
     assert not (out / ".scruton/fit/checkpoints").exists()
+
+
+def test_numbers_with_commas_between_them_are_as_good_as_a_repeated_option(small_results, capsys):
+    code, once, _ = run("predict", small_results, "--sc", "15,40", "--json", capsys=capsys)
+    assert code == 0
+    assert run("predict", small_results, "--sc", 15, "--sc", 40, "--json", capsys=capsys)[1] == once
+    assert [one["sc"] for one in json.loads(once)["predictions"]] == [15.0, 40.0]

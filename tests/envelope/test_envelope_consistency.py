@@ -215,6 +215,31 @@ def test_a_record_whose_time_has_another_unit_is_refused(with_slip):
         check_units(gather(load_campaign(folder), []))
 
 
+def test_a_time_in_milliseconds_is_named(with_slip):
+    folder = with_slip(record="decay.csv", change=lambda time, response: (1000.0 * time, response))
+    with pytest.raises(InputError, match=r"a motion near 7.87 Hz: its time is in ms, read as s"):
+        check_units(gather(load_campaign(folder), []))
+
+
+def released_late(time, response):
+    """At rest, then from a release to where it stands in wind [mm]."""
+    falling = 75.0 * (0.09 + 0.1 * np.exp(-0.9 * (time - 1.6))) * np.cos(2 * np.pi * 7.87 * time)
+    return time, np.where(time < 1.6, 0.003 * np.sin(9.0 * time), falling)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [("still.csv", released_late), ("growth.csv", lambda t, y: (t, np.where(t > 0.75 * t[-1], 1e-4 * y, y)))],
+    ids=["a rest before", "a rest after"],
+)
+def test_a_record_that_holds_more_than_its_transient_is_told_by_amplitudes_that_it_has(with_slip, name, change):
+    """An exponential that is led on over a rest goes below zero at one end."""
+    folder = with_slip(*LEVEL, record=name, change=change)
+    (text,) = (one.text for one in review(gather(load_campaign(folder), [])) if (one.kind, one.name) == ("kind", name))
+    assert " -" not in text
+    assert "between them: start and stop choose the part that is one" in text
+
+
 def test_what_is_sampled_too_coarsely_for_f0_is_called_an_alias(with_slip):
     folder = with_slip(record="decay.csv", change=resampled(10.0))
     with pytest.raises(

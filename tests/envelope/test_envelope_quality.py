@@ -54,6 +54,18 @@ def test_what_a_good_record_looks_like():
     assert quality.second_line is None or quality.second_line.relative < 0.01
 
 
+def test_the_range_of_amplitudes_is_that_of_the_cycles_and_never_negative():
+    """A growth and a decay are fastest at one end: a mean of five cycles there is another amplitude."""
+    grown = record(Kind.GROWTH, 0.04, rate=2.0)
+    cycles = demodulate(grown.time, grown.response)
+    low, high = assess(grown).amplitude_range
+    assert (low, high) == (cycles.amplitude.min(), cycles.amplitude.max())
+    assert low == pytest.approx(cycles.amplitude[0], rel=1e-12)
+    over = record(Kind.FREE_DECAY, 1.0, seconds=30.0)
+    assert demodulate(over.time, over.response).amplitude.min() < 0.0, "noise alone"
+    assert assess(over).amplitude_range[0] == 0.0
+
+
 def ou(rng, n, correlation_time, sd):
     p = np.exp(-1 / FS / correlation_time)
     return lfilter([sd * np.sqrt(1 - p * p)], [1, -p], rng.normal(size=n))

@@ -113,3 +113,11 @@ def test_who_has_a_beating_record_is_told_that_no_one_amplitude_is_stable(kind):
     assert "no one stable amplitude" in said.text
     steady = assessed(Record("s1", Path("s1.csv"), kind, t, 0.01 * np.cos(2 * np.pi * F * t), field="records[0]"))
     assert not [one for one in steady.remarks if one.kind == "beat"]
+
+
+def test_a_beat_that_is_lost_in_the_noise_has_no_negative_amplitude():
+    t = np.arange(6000) / 100.0
+    record = Record("s1", Path("s1.csv"), Kind.STEADY, t, 0.01 * np.cos(2 * np.pi * F * t), field="records[0]")
+    [said] = [one for one in assess(record, cycles=cycles(1.2 * beating() - 0.0035)).remarks if one.kind == "beat"]
+    assert "between 0 and 0.01" in said.text
+    assert said.value > 100.0

@@ -13,7 +13,7 @@ from fake_parts import sizing
 import scruton
 from scruton.cli import main
 from scruton.errors import InputError
-from scruton.griffin.compare import ALIKE, APART, MOVED, Difference, Side
+from scruton.griffin.compare import ALIKE, APART, MOVED, NARROWER, WIDER, Difference, Side
 from scruton.infer.joint import FORCES
 from scruton.infer.store import read_tree
 from scruton.report.compare import _required, _side, compared_blocks
@@ -38,6 +38,48 @@ def side(median: float, width: float, error: float) -> Side:
 )
 def test_verdicts(second: Side | None, verdict: str) -> None:
     assert Difference("a_star", "t", "A/D", side(1.0, 0.1, 0.01), second).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("name", "second", "spread"),
+    [
+        ("a_star", side(1.0, 0.14, 0.001), ""),
+        ("a_star", side(1.0, 0.16, 0.001), WIDER),
+        ("a_star", side(1.0, 0.06, 0.001), NARROWER),
+        ("a_star", side(1.0, 0.16, 0.03), ""),  # so few draws that the widths may be alike
+        ("weight", side(1.0, 0.0, 0.001), ""),
+        ("required_damping", side(1.0, 0.5, 0.001), ""),
+        ("a_star", None, ""),
+    ],
+)
+def test_an_interval_that_is_far_wider_is_told(name: str, second: Side | None, spread: str) -> None:
+    assert Difference(name, "t", "A/D", side(1.0, 0.1, 0.001), second).spread == spread
+
+
+def test_wider_intervals_are_marked_and_counted_and_the_folders_are_named(
+    small_results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Medians that are alike say nothing of a fit whose answer is ten times as vague."""
+    other = tmp_path / "another"
+    shutil.copytree(small_results, other)
+    found = scruton.compare(small_results, other)
+    wider = tuple(
+        replace(one, second=replace(one.second, low=one.first.low - 9.0 * (one.first.high - one.first.low)))
+        if one.name == "a_star" and one.first is not None and one.second is not None
+        else one
+        for one in found.differences
+    )
+    text = render_text(compared_blocks(replace(found, differences=wider), TERMINAL), 10**6)
+    assert "The medians are alike within Monte Carlo error: all of" in text
+    assert "Of the 90 % intervals, 1 wider in B by a factor of 1.5 or more: most that of stable amplitude of" in text
+    assert ", 10 times." in text
+    assert sum(line.rstrip().endswith("wider") for line in text.splitlines()) == 1
+    assert main(["compare", str(small_results), str(other), "--html", str(tmp_path / "page.html")]) in (0, 1)
+    said, page = capsys.readouterr().out, (tmp_path / "page.html").read_text(encoding="utf-8")
+    for folder in (str(small_results), str(other)):
+        assert f"({folder})" in said
+        assert f"({folder})" in page
+    assert [one["folder"] for one in found.to_json()["sides"]] == [str(small_results), str(other)]
 
 
 def test_required_damping_is_that_of_any_mode_where_the_bridge_asks_for_it() -> None:

@@ -11,6 +11,7 @@ from browser import chromium, opened
 
 import scruton
 from scruton.cli import main
+from scruton.report.wording import PAGE
 
 WINDOW = (1.0, 7.0)
 
@@ -138,3 +139,30 @@ def test_a_window_follows_pointer_and_keys_and_says_what_to_paste(page, tmp_path
         assert WINDOW[1] - 0.1 < stopped < WINDOW[1]
         assert browser.complaints() == []
         assert [one for one in browser.requests() if not one.startswith("data:")] == [page.as_uri()]
+
+
+def test_captions_and_the_table_have_one_range_of_amplitudes(page):
+    text = html.unescape(page.read_text(encoding="utf-8"))
+    found = scruton.check(page.parent)
+    for quality in found.qualities.values():
+        low, high = (PAGE.number(end, 3) for end in quality.amplitude_range)
+        assert re.search(rf"amplitudes of {quality.cycles} cycles, {low} to {high}", text)
+        assert text.count(f"{low} to {high}") >= 2, "in the table, too"
+
+
+def test_the_peak_of_a_rig_is_told_where_the_campaign_does_not_say_it(small_campaign, tmp_path, capsys):
+    """By the rule that a fit goes by: of tests that say nothing, the one of the largest amplitude."""
+    folder = shutil.copytree(small_campaign, tmp_path / "campaign")
+    path = folder / "campaign.toml"
+    stated = path.read_text(encoding="utf-8")
+    assert "peak" not in stated
+    assert scruton.check(folder).peaks == {"Sc 21.7"}
+    main(["check", str(folder)])
+    (row,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith("Sc 21.7  "))
+    assert " yes " in row
+    text = stated.replace('name = "Sc 21.7"', 'name = "Sc 21.7"\npeak = false', 1)
+    small = stated[stated.index("[[tests]]") :].replace("Sc 21.7", "off it").replace("0.0292", "0.02")
+    path.write_text(text + re.sub(r"records = \[.*?\n\]\n", "", small, flags=re.S), encoding="utf-8")
+    main(["check", str(folder)])
+    rows = [line for line in capsys.readouterr().out.splitlines() if line.startswith(("Sc 21.7  ", "off it  "))]
+    assert [" yes " in row for row in rows] == [False, True], "what is stated goes first"

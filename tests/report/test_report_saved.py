@@ -60,6 +60,8 @@ def test_what_lies_beside_the_fit_is_in_the_report(results):
     assert (folder / "report" / "figures" / "gap.svg").read_bytes() == b"<svg/>"
     page = (folder / "report" / "report.html").read_text(encoding="utf-8")
     assert "predicted from the other peak tests" in page
+    assert "against amplitude for every test shown and, beside it" in page
+    assert "{every}" not in page
 
 
 def test_a_fit_alone_has_a_report_without_them(results):

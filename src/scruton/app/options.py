@@ -84,6 +84,15 @@ def check_numbers(option: str, text: str, count: int | None = None) -> tuple[flo
     return numbers
 
 
+def numbers_of(option: str, text: str) -> list[float]:
+    """Read one number, or several with commas between them; what they may be is checked with the other options."""
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        wanted = f"a number, or several with commas between them, such as {option} 15,40"
+        raise InputError("command line", option, f'"{text}"', wanted) from None
+
+
 def _whole(low: int, high: int, wanted: str) -> Callable[[int, str], None]:
     def check(value: int, option: str) -> None:
         if not low <= value <= high:

@@ -1,6 +1,6 @@
 """The verbs of the command line as data: name, help, arguments, and the function that does it."""
 
-from argparse import SUPPRESS, Action
+from argparse import SUPPRESS, Action, Namespace
 from pathlib import Path
 from typing import Any, NamedTuple  # dataclasses would take as long to import as all the rest
 
@@ -32,6 +32,16 @@ class Refused(Action):
         raise InputError("command line", option or self.dest, f'"{values}"', str(self.const))
 
 
+class Numbers(Action):
+    """An option of numbers, which may be repeated or have several with commas between them, as names have."""
+
+    def __call__(self, _parser: object, namespace: Namespace, values: object, option: str | None = None) -> None:
+        """Add what is given: InputError for what is no number, said as everywhere."""
+        from scruton.app.options import numbers_of
+
+        setattr(namespace, self.dest, [*getattr(namespace, self.dest), *numbers_of(option or self.dest, str(values))])
+
+
 def flag(name: str, text: str) -> Argument:
     """Note an option without a value."""
     return Argument(name, action="store_true", help=text)
@@ -49,9 +59,7 @@ QUIET = flag("--quiet", "no progress, no tables: only errors and the paths of wh
 JSON = flag("--json", "print the results as JSON in place of tables and paths")
 ALIKE = SEED, QUIET, JSON  # every verb and every step has them
 MODEL = Argument("--model", default="default", metavar="CARD", help="model card: a shipped name or a TOML file")
-SC = Argument(
-    "--sc", type=float, action="append", default=[], metavar="SC", help="design Scruton number; may be repeated"
-)
+SC = Argument("--sc", action=Numbers, default=[], metavar="SC", help="design Scruton number; may be repeated")
 STRICT = flag("--strict", "bad input where a record shows no motion to measure; else it is set aside")
 RESUME = flag("--resume", "go on with an interrupted run")
 TESTS = Argument(

@@ -30,6 +30,13 @@ from scruton.errors import InputError
 DIALECT_KEYS = ("columns", "variables", "units", "skip_rows", "delimiter", "decimal", "encoding")
 RECORD_KEYS = ("file", "kind", "sample_rate", "start", "stop", "scale", "band", *DIALECT_KEYS)
 SWEEP_KEYS = ("rig", "air_density", "file", *DIALECT_KEYS)
+# What is to become of values that are none.
+_NUMBERS = "numbers throughout"
+_CHOOSES = f"{_NUMBERS}, or a part of the record that has them, by start and stop"
+_MAKES_A_GAP = (
+    f"{_NUMBERS}: leave such lines out of the file, which makes a gap that is allowed for, or choose a part of the "
+    "record by start and stop"
+)
 
 
 # What a sensor may have read, and how often it is to be integrated.
@@ -63,7 +70,9 @@ def read_record(
     window = _window(table, path, time)
     values = column.values[window]
     _check_count(path, column, len(values), " between start and stop")
-    _check_finite(path, column, values, window.start)
+    # a record whose times are counted by its rate would be shifted by lines left out
+    ours = time_column is not None and "sample_rate" not in table
+    _check_finite(path, column, values, _MAKES_A_GAP if ours else _CHOOSES, window.start)
     if (values == values[0]).all():
         raise _error(path, column, f"a constant signal, {values[0]:g} throughout", "one that oscillates")
     is_envelope = quantity == "amplitude"
@@ -99,7 +108,7 @@ def read_sweep(table: Table, section: Section, frequency: float, files: Files) -
     to_amplitude = _factor(table, path, "amplitude", amplitude, partial(units.amplitude_factor, section=section), usual)
     _check_lengths(path, speed, amplitude)
     for column in (speed, amplitude):
-        _check_finite(path, column, column.values)
+        _check_finite(path, column, column.values, _NUMBERS)
         _check_not_negative(path, column, column.values)
     _check_size(path, speed, speed.values, to_speed)
     _check_size(path, amplitude, amplitude.values, to_amplitude, least=0.0)
@@ -168,7 +177,7 @@ def _time(table: Table, path: Path, column: Column | None, response: Column) -> 
     rate = table.number("sample_rate", units.FREQUENCY) if "sample_rate" in table else None
     if column is not None:
         _check_lengths(path, column, response)
-        _check_finite(path, column, column.values)
+        _check_finite(path, column, column.values, _MAKES_A_GAP if rate is None else _NUMBERS)
         time = column.values * _factor(table, path, "time", column, _to(units.TIME))
         _check_size(path, column, time, 1.0, least=0.0, largest=LATEST)
         start, duration = float(time[0]), float(time[-1] - time[0])
@@ -237,13 +246,13 @@ def _check_lengths(path: Path, column: Column, other: Column) -> None:
         raise _error(path, other, found, "columns of one length")
 
 
-def _check_finite(path: Path, column: Column, values: FloatArray, offset: int = 0) -> None:
+def _check_finite(path: Path, column: Column, values: FloatArray, wanted: str, offset: int = 0) -> None:
     bad = ~np.isfinite(values)
     if bad.any():
         first, count = int(np.argmax(bad)) + offset, int(bad.sum())
         what = "1 value that is" if count == 1 else f"{count} values that are"
         found = f"{what} no finite number (NaN, infinite or blank), the first at {column.where(first)}"
-        raise _error(path, column, found, "numbers throughout (start and stop choose a part of a record)")
+        raise _error(path, column, found, wanted)
 
 
 def _check_not_negative(path: Path, column: Column, values: FloatArray, offset: int = 0) -> None:

@@ -4,9 +4,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from statistics import median
 from typing import TYPE_CHECKING
 
-from scruton.campaign import Campaign, load_campaign, tests_used
+from scruton.campaign import Campaign, load_campaign, peak_tests, tests_used
 from scruton.campaign.remarks import sentences
 from scruton.dynamics.identify import Identified, identify
 from scruton.envelope import Inspection, RecordQuality, gather, review
@@ -54,6 +55,21 @@ class Check:
     def identified(self) -> tuple[Identified, ...]:
         """The paper's own procedure, Eqs. (2) to (8) and (16) to (20), of every transient record that it suits."""
         return tuple(found for found in identify(self.inspection) if isinstance(found, Identified))
+
+    @cached_property
+    def peaks(self) -> frozenset[str]:
+        """Names of the tests that are the peak of their rig: as stated, else of the largest amplitude, as for a fit.
+
+        None of a rig whose amplitudes are not known.
+        """
+        cycles, tests = self.inspection.cycles, self.campaign.tests
+        ends = {
+            test.name: [cycles[one.name].settled_amplitude for one in test.records if one.name in cycles]
+            for test in tests
+        }
+        levels = {name: median(of) for name, of in ends.items() if of}
+        known = {test.rig for test in tests if test.peak or test.name in levels or test.stable_amplitude is not None}
+        return frozenset(test.name for test in peak_tests(self.campaign, levels) if test.rig in known)
 
     @property
     def records(self) -> "pd.DataFrame":

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.campaign.plausibility import AMPLITUDE, DAMPING, implausible, outside
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Kind, Record, Test
@@ -50,25 +51,38 @@ def review(inspection: Inspection) -> list[Remark]:
 
 
 def _kind(inspection: Inspection) -> Iterator[Remark]:
-    """A growth that was filed as a decay, or the reverse, by the exponential fitted to the envelope."""
+    """A growth that was filed as a decay, or the reverse, by its ends and the exponential fitted to its envelope.
+
+    An exponential that is led on from a part of a record may be anything at the other end, also below zero.
+    """
     for record, _, _ in inspection.records():
         quality = inspection.qualities[record.name]
         fitted = quality.relaxation
         if fitted is None or quality.swing:
             continue
         duration = float(record.time[-1] - record.time[0])
-        first = fitted.first_amplitude
-        last = fitted.stable_amplitude + (first - fitted.stable_amplitude) * math.exp(-fitted.rate * duration)
+        start = fitted.first_amplitude
+        end = fitted.stable_amplitude + (start - fitted.stable_amplitude) * math.exp(-fitted.rate * duration)
+        first, last = _measured_ends(inspection.cycles[record.name].amplitude)
         ratio = max(last, 1e-300) / max(first, 1e-300)
+        ratios = ratio, max(end, 1e-300) / max(start, 1e-300)
         rises = record.kind is Kind.GROWTH
-        if (ratio < 1.0 / thresholds.TREND) if rises else (ratio > thresholds.TREND):
+        if max(ratios) < 1.0 / thresholds.TREND if rises else min(ratios) > thresholds.TREND:
             word = "falls" if rises else "grows"
             beat = "; two motions of nearly one frequency do that, by beating" if record.kind is Kind.FREE_DECAY else ""
+            # a release or an end within the record: its ends are none of the transient's
+            if (largest := quality.amplitude_range[1]) > thresholds.BETWEEN * max(first, last):
+                beat = f", with {largest:.3g} between them: start and stop choose the part that is one"
             yield Remark(
                 Severity.SERIOUS, "kind", "record", record.name,
                 f'filed as "{record.kind.value}", but the amplitude {word} from {first:.3g} to {last:.3g}{beat}.',
                 f'filed as "{record.kind.value}", but the amplitude {word}', ratio, max(ratio, 1.0 / ratio),
             )  # fmt: skip
+
+
+def _measured_ends(amplitude: FloatArray) -> tuple[float, float]:
+    """Amplitude over the first and over the last five cycles; none below zero, as noise makes it."""
+    return max(float(np.mean(amplitude[:5])), 0.0), max(float(np.mean(amplitude[-5:])), 0.0)
 
 
 def check_units(inspection: Inspection) -> None:
@@ -98,9 +112,12 @@ def of_other_units(inspection: Inspection) -> Iterator[InputError]:
     for record, rig, test in inspection.records():
         line, stated = inspection.cycles[record.name].reference_frequency, rig.frequency.mean
         if test is not None and not 1.0 / thresholds.ANOTHER_UNIT < line / stated < thresholds.ANOTHER_UNIT:
+            slower = abs(1000.0 * line / stated - 1.0) < thresholds.A_THOUSAND
+            faster = abs(line / (1000.0 * stated) - 1.0) < thresholds.A_THOUSAND
+            likely = "its time is in ms, read as s" if slower else "its time is in s, read as ms" if faster else ""
             yield InputError(
                 record.path, record.field, f"a line at {line:.4g} Hz, {figure(line / stated)} times the f0 of its rig",
-                f"a motion near {stated:.4g} Hz: the unit of the time, the sample rate, or another record",
+                f"a motion near {stated:.4g} Hz: {likely or 'the unit of the time, the sample rate, or another record'}"
             )  # fmt: skip
     for test in inspection.campaign.tests:
         growth, decay, ratio = _farthest(test, inspection)

@@ -36,7 +36,7 @@ class RecordQuality:
     cycles : int
         Whole cycles that could be demodulated.
     amplitude_range : (float, float)
-        Smallest and largest amplitude, over five cycles each; none below zero, as noise makes it.
+        Smallest and largest amplitude of a cycle; none below zero, as noise makes it.
     signal_to_noise : float
         Root mean square of the oscillation over that of the noise per sample.
     frequency : float
@@ -105,7 +105,7 @@ def assess(record: Record, cycles: Cycles, *, stable_amplitude: float | None = N
         duration=float(record.time[-1] - record.time[0]),
         sample_rate=1.0 / steps.step,
         cycles=len(cycles.time),
-        amplitude_range=(max(float(np.min(smooth)), 0.0), float(np.max(smooth))),
+        amplitude_range=cycles.amplitude_range,
         signal_to_noise=float(np.sqrt(np.mean(cycles.amplitude**2) / 2.0) / cycles.noise_sd),
         frequency=cycles.reference_frequency,
         second_line=line,
@@ -171,12 +171,13 @@ def _swing_remarks(record: Record, swung: Swing) -> Iterator[Remark]:
 def _beat_remarks(record: Record, cycles: Cycles) -> Iterator[Remark]:
     if (ends := beats(cycles)) is None:
         return
-    low, high = ends
+    low, high = max(ends[0], 0.0), ends[1]
+    ratio = high / max(low, 1e-3 * high)  # of one that is lost in the noise: what `beats` takes for it
     what = "there is no one stable amplitude. What is called so is the mean; hold a limit against the upper end, too"
     yield Remark(
         Severity.DOUBT, "beat", "record", record.name,
         f"the amplitude rises and falls to the end of the record, between {low:.3g} and {high:.3g}: {what}.",
-        f"the amplitude rises and falls to the end, by up to {{}} times: {what},", high / low, high / low,
+        f"the amplitude rises and falls to the end, by up to {{}} times: {what},", ratio, ratio,
     )  # fmt: skip
 
 

@@ -62,6 +62,8 @@ ONE_TEST = (
 )
 FINE = 8.0  # samples per stated cycle: six is what demodulation needs, and a thinned record has no harmonic to check
 NYQUIST = 2.2  # samples per stated cycle: below, with the filter's margin, a line is an alias
+A_THOUSAND = 0.15  # a line so near a thousandth of f0 is of a time in ms: nothing else is as likely
+BETWEEN = 1.5  # of both ends of a transient: above, it begins or ends within its record
 TREND = 1.1  # of the first amplitude: growths of a tenth are no turbulence that a fitted exponential follows
 # Factor between growth and decay of one test: turbulence and drift differ by a tenth from record to record.
 LEVELS = 1.25

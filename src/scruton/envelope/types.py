@@ -47,6 +47,16 @@ class Cycles:
         """Amplitude, as means of five cycles in a row: four fewer than there are cycles."""
         return np.convolve(self.amplitude, np.ones(5) / 5.0, mode="valid")
 
+    @property
+    def amplitude_range(self) -> tuple[float, float]:
+        """Smallest and largest amplitude of a cycle; none below zero, as noise makes it."""
+        return max(float(self.amplitude.min()), 0.0), float(self.amplitude.max())
+
+    @property
+    def settled_amplitude(self) -> float:
+        """Mean amplitude of the last fifth."""
+        return float(self.amplitude[-max(5, self.amplitude.size // 5) :].mean())
+
     def part(self, keep: slice) -> "Cycles":
         """These cycles alone."""
         names = ("time", "amplitude", "standard_error", "phase", "frequency", "frequency_error")

@@ -265,7 +265,7 @@ def _moving(cycles: Cycles) -> Cycles:
 
 def settled_end(cycles: Cycles) -> float:
     """Mean amplitude of the last fifth of a record."""
-    return float(np.mean(cycles.amplitude[-max(5, cycles.amplitude.size // 5) :]))
+    return cycles.settled_amplitude
 
 
 def _first_in_wind(test: np.ndarray) -> dict[int, int]:

@@ -1,5 +1,6 @@
 """Two fits side by side: what differs between them beyond Monte Carlo error, and what does not."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ from scruton.campaign.select import names_meant
 from scruton.errors import InputError
 from scruton.griffin.posterior import motion_of, printed_draws, test_names
 from scruton.griffin.predict import predict
-from scruton.griffin.thresholds import BEYOND_ERROR
+from scruton.griffin.thresholds import BEYOND_ERROR, WIDTH_APART
 from scruton.stats.convergence import monte_carlo_error
 
 if TYPE_CHECKING:
@@ -19,6 +20,10 @@ if TYPE_CHECKING:
 
 COMPARED = ("scruton_number", "a_star", "relaxation_rate", "Y1", "epsilon")  # of a test, by their names in fit.json
 ALIKE, MOVED, APART = "alike", "moved", "apart"
+WIDER, NARROWER = "wider", "narrower"
+# Standard error of the width of a 90 % interval over that of the median, of a normal distribution: each end's is
+# (0.05 * 0.95)^0.5 / 0.1031 where the median's is 0.5 / 0.3989, and the two ends are nearly independent.
+_ERROR_OF_WIDTH = 2.3
 
 
 @dataclass(frozen=True)
@@ -60,6 +65,26 @@ class Difference:
         if (a.low < a.high or b.low < b.high) and (a.low > b.high or b.low > a.high):  # a weight has no interval
             return APART
         return MOVED if abs(b.median - a.median) > BEYOND_ERROR * float(np.hypot(a.error, b.error)) else ALIKE
+
+    @property
+    def width(self) -> float:
+        """Width of the 90 % interval of the second over that of the first; NaN where there are not both."""
+        a, b = self.first, self.second
+        # the ends of a required damping are those of the confidences that were asked for, no interval of its own
+        if a is None or b is None or self.name == "required_damping" or not (a.low < a.high and b.low < b.high):
+            return math.nan
+        return (b.high - b.low) / (a.high - a.low)
+
+    @property
+    def spread(self) -> str:
+        """Either "wider" or "narrower" where the second interval is so by half and beyond Monte Carlo error; or ""."""
+        a, b, ratio = self.first, self.second, self.width
+        if a is None or b is None or math.isnan(ratio):
+            return ""
+        error = _ERROR_OF_WIDTH * math.hypot(a.error / (a.high - a.low), b.error / (b.high - b.low))
+        if not abs(math.log(ratio)) > max(math.log(WIDTH_APART), BEYOND_ERROR * error):
+            return ""
+        return WIDER if ratio > 1.0 else NARROWER
 
     @property
     def change(self) -> float:

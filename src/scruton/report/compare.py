@@ -9,8 +9,9 @@ from typing import Any
 from scruton.campaign.spelling import several
 from scruton.documents import as_json, read_document
 from scruton.gap.results import RESULT as GAP
-from scruton.griffin.compare import APART, MOVED, Difference, Side, differences
+from scruton.griffin.compare import APART, MOVED, NARROWER, WIDER, Difference, Side, differences
 from scruton.griffin.posterior import peak_names
+from scruton.griffin.thresholds import WIDTH_APART
 from scruton.infer.joint import FORCES
 from scruton.infer.results import Fit
 from scruton.infer.store import load_fit
@@ -42,6 +43,7 @@ _WORDS = {MOVED: "moved", APART: "APART"}
 
 def _facts(one: "Comparison") -> Mapping[str, object]:
     counts = {verdict: len(one.with_verdict(verdict)) for verdict in (MOVED, APART)}
+    counts |= {spread: sum(each.spread == spread for each in one.differences) for spread in (WIDER, NARROWER)}
     return {"of": " and ".join(one.titles), "compared": len(one.differences), **counts}
 
 
@@ -62,6 +64,8 @@ class Comparison:
         In a sentence each; empty where there is none beside the fit.
     converged : (bool, bool)
     fits : (Fit, Fit)
+    folders : (str, str)
+        Where each lies, as it was named; empty for a fit that was given itself.
     """
 
     titles: tuple[str, str]
@@ -70,6 +74,7 @@ class Comparison:
     diagnoses: tuple[str, str]
     converged: tuple[bool, bool]
     fits: tuple[Fit, Fit]
+    folders: tuple[str, str] = ("", "")
 
     @property
     def conventions(self) -> Mapping[str, Any]:
@@ -94,10 +99,14 @@ class Comparison:
 
     def to_json(self) -> dict[str, Any]:
         """Everything but the fits as it may stand in a JSON file."""
-        rows = [{**asdict(one), "verdict": one.verdict or None, "change": one.change} for one in self.differences]
-        names = ("title", "converged", "diagnosis", "forces_hold")
-        diagnoses = (text or None for text in self.diagnoses)
-        each = zip(self.titles, self.converged, diagnoses, self.forces_hold, strict=True)
+        rows = [
+            {**asdict(one), "verdict": one.verdict or None, "change": one.change, "width": one.width,
+             "spread": one.spread or None}
+            for one in self.differences
+        ]  # fmt: skip
+        names = ("title", "folder", "converged", "diagnosis", "forces_hold")
+        diagnoses, folders = ([text or None for text in pair] for pair in (self.diagnoses, self.folders))
+        each = zip(self.titles, folders, self.converged, diagnoses, self.forces_hold, strict=True)
         sides = [dict(zip(names, side, strict=True)) for side in each]
         content: dict[str, Any] = as_json({"format": 1, "sides": sides, "inputs": self.inputs, "differences": rows})
         return content
@@ -136,6 +145,7 @@ def compare(
         (*found, *_required(_sizing(folders[0], one), _sizing(folders[1], other))),
         tuple(_inputs(one.summary["provenance"], other.summary["provenance"])),
         (_diagnosis(folders[0]), _diagnosis(folders[1])), (one.converged, other.converged), (one, other),
+        ("" if folders[0] is None else str(folders[0]), "" if folders[1] is None else str(folders[1])),
     )  # fmt: skip
 
 
@@ -190,7 +200,13 @@ def _inputs(first: Mapping[str, Any], second: Mapping[str, Any]) -> Iterator[str
 @by_conventions
 def compared_blocks(found: Comparison, notation: Notation) -> Iterator[Block]:
     """What differs, then everything side by side."""
-    yield Listing([f"{name}: {title}" for name, title in zip("AB", found.titles, strict=True)])
+    # two fits of one campaign have one title
+    yield Listing(
+        [
+            f"{name}: {title}{f' ({folder})' if folder else ''}"
+            for name, title, folder in zip("AB", found.titles, found.folders, strict=True)
+        ]
+    )
     for name, converged in zip("AB", found.converged, strict=True):
         if not converged:
             yield paragraph(f"{name} DID NOT CONVERGE: not to be trusted.")
@@ -206,21 +222,27 @@ def compared_blocks(found: Comparison, notation: Notation) -> Iterator[Block]:
         factor, unit = _shown(rows[0])
         ends = rows[0].name != "weight"
         spans = ("between",) if key == "required_damping" else ("90 %",)
-        says = any(one.verdict in _WORDS for one in rows)
+        says = any(map(_marked, rows))
         header = ("of", "A", *(spans if ends else ()), "B", *(spans if ends else ()), "change", *([""] if says else []))
         cells = [
             (one.of, *_side(one.first, factor, notation, ends=ends), *_side(one.second, factor, notation, ends=ends),
-             _change(one, notation), *([_WORDS.get(one.verdict, "")] if says else []))
+             _change(one, notation), *([_marked(one)] if says else []))
             for one in rows
         ]  # fmt: skip
         caveat = _doubt(found.forces_hold) if key in FORCES else ""
         yield Table(key, f"{_name(key)}{f' [{unit}]' if unit else ''}{caveat}", header, cells,
                     numeric=(False, *[True] * (len(header) - 1 - says), *([False] if says else [])))  # fmt: skip
     yield paragraph(
-        "moved: beyond four Monte Carlo standard errors. APART: the 90 % intervals do not meet, too."
+        "moved: beyond four Monte Carlo standard errors. APART: the 90 % intervals do not meet, too. wider, narrower:"
+        f" the 90 % interval of B, by a factor of {WIDTH_APART:g} or more."
         " Required damping: between the least and the greatest confidence.",
         role="note",
     )
+
+
+def _marked(one: Difference) -> str:
+    """What the last column says of a quantity."""
+    return ", ".join(filter(None, (_WORDS.get(one.verdict, ""), one.spread)))
 
 
 def _doubt(holds: Sequence[bool]) -> str:
@@ -240,14 +262,28 @@ def _said_of_judged(found: Comparison) -> str:
     moved, apart = ([one for one in both if one.verdict == verdict] for verdict in (MOVED, APART))
     if not both:
         return "Nothing is in both of them."
+    spread = _said_of_widths(both)
     if not moved and not apart:
+        if spread:
+            return f"The medians are alike within Monte Carlo error: all of {len(both)} quantities.{spread}"
         return f"Alike within Monte Carlo error: all of {len(both)} quantities."
     words = [f"{len(moved) + len(apart)} of {len(both)} quantities differ beyond Monte Carlo error"]
     words += [f"{len(apart)} of them by more than their 90 % intervals" if apart else "their 90 % intervals all meet"]
     relative = [one for one in (*moved, *apart) if one.name != "weight" and one.change == one.change]
     largest = sorted(relative, key=lambda one: abs(one.change), reverse=True)[:3]
     most = ", ".join(f"{_name(one.name)} of {one.of}" for one in largest)
-    return f"{', '.join(words)}." + (f" The largest changes: {most}." if most else "")
+    return f"{', '.join(words)}." + (f" The largest changes: {most}." if most else "") + spread
+
+
+def _said_of_widths(both: Sequence[Difference]) -> str:
+    """Of how many quantities the interval is another, in a sentence; empty where of none."""
+    told = sorted((one for one in both if one.spread), key=lambda one: abs(math.log(one.width)), reverse=True)
+    if not told:
+        return ""
+    count = {spread: sum(one.spread == spread for one in told) for spread in (WIDER, NARROWER)}
+    words = " and ".join(f"{many} {spread}" for spread, many in count.items() if many)
+    most = f"most that of {_name(told[0].name)} of {told[0].of}, {max(told[0].width, 1.0 / told[0].width):.2g} times"
+    return f" Of the 90 % intervals, {words} in B by a factor of {WIDTH_APART:g} or more: {most}."
 
 
 def _name(quantity: str) -> str:

@@ -227,7 +227,8 @@ def _test_row(
         )  # fmt: skip
     by_hand = ([getattr(row, name) for row in quick] for name in ("relaxation_rate", "Y1", "epsilon"))
     reduced = found.campaign.reduced_velocity(test)
-    peak = {True: "yes", False: "no", None: "-"}[test.peak]
+    settled = any(other.rig == test.rig and other.name in found.peaks for other in found.campaign.tests)
+    peak = "yes" if test.name in found.peaks else "no" if settled or test.peak is False else "-"
     return (
         test.name, test.rig, _stated(test.wind_speed, notation), number(reduced), number(shown_in(SCRUTON)[0] * sc),
         peak, stable, *(_span(of, notation, exact=exact) for of in by_hand), str(_used(found, test.records)),

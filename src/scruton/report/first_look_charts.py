@@ -62,7 +62,7 @@ def record_pictures(found: Check) -> Iterator[Picture]:
             f"{record.name}: {of}, {words}; {len(cycles.time)} cycles at "
             f"{PAGE.number(cycles.reference_frequency, 5)} Hz.",
             f"{record.name}, {words} of {of}: amplitudes of {len(cycles.time)} cycles, "
-            f"{PAGE.range([factor * float(cycles.amplitude[end]) for end in (0, -1)], 3)} {unit}.",
+            f"{PAGE.range([factor * end for end in cycles.amplitude_range], 3)} {unit}.",
             chart={
                 "panels": [
                     _panel("", _of(unit, "response"), series, height=250),

@@ -11,7 +11,7 @@ from scruton.gap.results import RESULT as GAP
 from scruton.infer.store import provenance_of
 from scruton.report.chapters.gap_words import gap_sentence
 from scruton.report.document import Picture
-from scruton.report.figures.gap import CAPTION
+from scruton.report.figures.gap import gap_caption
 from scruton.report.kept import Beside, drawn_from, kept
 from scruton.report.parts import Asked, Part, part_of_sizing, scruton_numbers_of, sizing_part
 from scruton.sizing.results import RESULT as SIZING
@@ -80,7 +80,7 @@ def saved_gap(folder: Path, summary: Mapping[str, Any]) -> Part | None:
     for at in (path.parent / FIGURES, path.parent):
         if (at / "gap.svg").is_file() and (at / "gap.png").is_file():
             svg, png = ((at / f"gap.{kind}").read_bytes() for kind in ("svg", "png"))
-            return Part(content, [Picture("gap", CAPTION, gap_sentence(content), svg, png)])
+            return Part(content, [Picture("gap", gap_caption(), gap_sentence(content), svg, png)])
     return Part(content)
 
 

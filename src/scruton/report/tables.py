@@ -94,6 +94,7 @@ def _records(fit: "Fit", unit: str) -> Iterator[Row]:
     for record, rig, test in fit.campaign.records():
         cycles, front = fit.cycles.get(record.name), fit.front_ends.get(record.name)
         amplitude = cycles.amplitude if cycles is not None else np.array([np.nan])
+        smallest, largest = cycles.amplitude_range if cycles is not None else (np.nan, np.nan)
         yield {
             "record": record.name,
             "of": f"test {test.name}" if test else f"rig {rig.name}",
@@ -104,8 +105,8 @@ def _records(fit: "Fit", unit: str) -> Iterator[Row]:
             "frequency [Hz]": cycles.reference_frequency if cycles is not None else np.nan,
             f"first amplitude [{unit}]": float(amplitude[0]),
             f"last amplitude [{unit}]": float(amplitude[-1]),
-            f"smallest amplitude [{unit}]": float(amplitude.min()),
-            f"largest amplitude [{unit}]": float(amplitude.max()),
+            f"smallest amplitude [{unit}]": smallest,
+            f"largest amplitude [{unit}]": largest,
             f"trial function residual sd [{unit}]": front.residual_sd if front is not None else np.nan,
         }
 

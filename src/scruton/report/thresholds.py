@@ -12,6 +12,7 @@ DOTS_PER_INCH = 200  # of PNG: print wants 150 to 300
 
 # Rows and words.
 SHARE_SHOWN = 0.005  # weight of a law: a smaller one would be shown as 0 %
+NAMED_LEAST = 0.02  # probability, below which no cause is named beside a likelier one: as much is dealt out evenly
 NAMED_ABOVE = 0.15  # probability, of a cause that is named in the sentence where nothing is settled
 # Error of a held-out stable amplitude over the verdict's, and by how much it is smaller, from which the runner-up's is
 # said to be the better one.

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from scruton.gap.thresholds import SETTLED
-from scruton.report.thresholds import NAMED_ABOVE
+from scruton.report.thresholds import NAMED_ABOVE, NAMED_LEAST
 from scruton.report.wording import number, share
 
 Title = Callable[[str], str]
@@ -71,12 +71,29 @@ def condition(gap: Mapping[str, Any], name: str) -> str:
 def likeliest(gap: Mapping[str, Any]) -> list[tuple[str, float]]:
     """The causes that are named where nothing is settled, with their probabilities: two, and others of some weight.
 
-    Where one is probable enough and others are like it, those.
+    Where one is probable enough and others are like it, those.  The second has next to none to be left out, unless
+    nothing tells it from the verdict.
     """
     causes = sorted(((name, p) for name, p in gap["probability"].items() if name != "none"), key=lambda pair: -pair[1])
-    if _probable(gap) and (others := _alike(gap)):
+    others = _alike(gap)
+    if _probable(gap) and others:
         return [(name, p) for name, p in causes if name in {gap["verdict"], *others}]
-    return [(name, p) for i, (name, p) in enumerate(causes) if i < 2 or p >= NAMED_ABOVE]
+    second = [(name, p) for name, p in causes[1:2] if p >= NAMED_LEAST or name in others]
+    return [*causes[:1], *second, *((name, p) for name, p in causes[2:] if p >= NAMED_ABOVE)]
+
+
+def told_apart_by_nothing(gap: Mapping[str, Any]) -> list[list[str]]:
+    """The groups that are shown of what these records cannot tell apart.
+
+    Beside no gap stands what could be there and not be seen: only where it has some probability, else the list would
+    name another cause than the sentence.
+    """
+    probability = gap["probability"]
+    shown = (
+        [name for name in group if "none" not in group or name == "none" or probability.get(name, 0.0) >= NAMED_LEAST]
+        for group in gap["indistinguishable"]
+    )
+    return [group for group in shown if len(group) > 1]
 
 
 def _beside(gap: Mapping[str, Any], name: str, title: Title) -> str:

@@ -112,7 +112,7 @@ def _answered(question: Question) -> dict[str, str]:
     prompt = f"  such as {question.example}{hint} (empty: later): "
     while True:
         try:
-            answer = input(prompt).strip()
+            answer = _unquoted(input(prompt))
         except EOFError:
             return {}
         if not answer:
@@ -125,6 +125,11 @@ def _answered(question: Question) -> dict[str, str]:
         if len(said) in (1, len(names)):
             return dict(zip(names, said * len(names) if len(said) == 1 else said, strict=True))
         print(f"{len(said)} values; wanted one, or {len(names)}")
+
+
+def _unquoted(answer: str) -> str:
+    """An answer without the quotes that it has in a file, around the whole or around each of several."""
+    return re.sub(r"""(?:^|(?<=[,;]))\s*(["'])(.*?)\1\s*(?=[,;]|$)""", r"\2", answer.strip()).strip()
 
 
 def _values(answer: str, question: Question) -> list[str]:

@@ -43,10 +43,17 @@ class Question(NamedTuple):
 
 def of_quantity(key: str, what: str, dimension: units.Dimension, of: tuple[str, ...] = ()) -> Question:
     """Ask for a quantity."""
-    return Question(
-        key, what, dimension.spelling.strip('"'),
-        lambda text, what: units.parse_quantity(text, dimension, ANSWER, what), of,
-    )  # fmt: skip
+    example = dimension.spelling.strip('"')
+
+    def read(text: str, what: str) -> object:
+        try:
+            return units.parse_quantity(text, dimension, ANSWER, what)
+        except InputError as error:
+            # what is wanted in a file is a line with its key and quotes: here, what is to be typed
+            line = f"{what.rpartition('.')[2]} = {dimension.spelling}"
+            raise InputError(error.file, error.field, error.found, error.wanted.replace(line, example)) from None
+
+    return Question(key, what, example, read, of)
 
 
 @dataclass(frozen=True, eq=False)

@@ -179,8 +179,7 @@ def open_delimited(data: bytes, path: Path, dialect: CsvDialect) -> Delimited:
         text = data.decode("utf-8-sig" if codecs.lookup(dialect.encoding).name == "utf-8" else dialect.encoding)
     except UnicodeError as error:
         place = f" (at byte {error.start})" if isinstance(error, UnicodeDecodeError) else ""
-        likely = "utf-16" if begins_as_utf16(data) else "gbk"
-        wanted = f'the encoding of the file in the record\'s table, such as encoding = "{likely}"'
+        wanted = f'the encoding of the file in the record\'s table, such as encoding = "{_likely_encoding(data)}"'
         raise InputError(path, "", f"bytes that are not {dialect.encoding}{place}", wanted) from None
     text = text.removeprefix("\ufeff").removeprefix("ï»¿")  # a byte-order mark, and one read as Latin letters
     _check_lines(text, path)
@@ -207,6 +206,14 @@ def open_delimited(data: bytes, path: Path, dialect: CsvDialect) -> Delimited:
     headings = tuple(map(_heading, cells[:there] if there > 1 else cells))  # LabVIEW names comments that are not there
     names = tuple(heading.name for heading in headings)
     return Delimited(path, names, text[end:], number + 1, dialect, headings, len(headings))
+
+
+def _likely_encoding(data: bytes) -> str:
+    """What a text that is no UTF-8 may be in: Chinese has its bytes above ASCII in pairs, an umlaut stands alone."""
+    if begins_as_utf16(data):
+        return "utf-16"
+    runs = [len(run) % 2 for run in re.findall(rb"[\x80-\xff]+", data)]
+    return "latin-1" if 2 * sum(runs) > len(runs) else "gbk"
 
 
 def _numbers_parted_by(line: str, dialect: CsvDialect) -> CsvDialect:

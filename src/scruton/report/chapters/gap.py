@@ -18,7 +18,7 @@ from scruton.report.chapters.gap_words import (
 from scruton.report.chapters.material import Material
 from scruton.report.document import CAUTION, Block, Callout, Heading, Listing, paragraph
 from scruton.report.thresholds import PLACES_SHOWN, SIZES_SHOWN
-from scruton.report.verdict import conclusion, condition, settled
+from scruton.report.verdict import conclusion, condition, settled, told_apart_by_nothing
 from scruton.report.wording import PAGE, TERMINAL
 
 _INVISIBLE = "What these records cannot show, whatever it is"
@@ -47,7 +47,7 @@ def gap_chapter(material: Material) -> Iterator[Block]:
     yield held_out_table(gap, PAGE, material.unit)
     if words := shrink_sentence(gap["shrink"]):
         yield paragraph(words)
-    if alike := [" or ".join(map(in_words, group)) for group in gap["indistinguishable"] if len(group) > 1]:
+    if alike := [" or ".join(map(in_words, group)) for group in told_apart_by_nothing(gap)]:
         yield Callout(CAUTION, "These data cannot tell apart", alike)
     yield from material.of("gap")
     yield probability_table(gap, "What explains the gap", effect_title)
@@ -63,7 +63,7 @@ def gap_chapter(material: Material) -> Iterator[Block]:
 
 def gap_summary(gap: Mapping[str, Any], unit: str) -> list[Block]:
     """The diagnosis for the terminal, of amplitudes in this unit: every place, and effects by the names of files."""
-    alike = "; ".join(" / ".join(group) for group in gap["indistinguishable"] if len(group) > 1)
+    alike = "; ".join(map(" / ".join, told_apart_by_nothing(gap)))
     found = conclusion(gap, str)
     verdict = f"Verdict: {found}" if settled(gap) else capital(found)
     asked = f", {condition(gap, gap['verdict'])}".removesuffix(", ")

@@ -9,7 +9,7 @@ from scruton.report.chapters.gap_words import capital, in_words
 from scruton.report.conventions import SCRUTON, damping_words, decrements, shown_excess, shown_in, shown_size
 from scruton.report.document import Table
 from scruton.report.thresholds import PROBABILITY_SHOWN
-from scruton.report.verdict import perhaps
+from scruton.report.verdict import perhaps, told_apart_by_nothing
 from scruton.report.wording import PAGE, PARAMETERS, Notation
 
 _SIZE = ("parameter", "of", "median", "90 % interval", "unit", "form")
@@ -87,7 +87,8 @@ def probability_table(gap: Mapping[str, Any], caption: str, title: Callable[[str
 
 def _probabilities(gap: Mapping[str, Any], title: Callable[[str], str]) -> list[tuple[str, str]]:
     likely = sorted(gap["probability"].items(), key=lambda pair: -pair[1])
-    named = [(name, p) for name, p in likely if p >= PROBABILITY_SHOWN or name == "none"]
+    grouped = {name for group in told_apart_by_nothing(gap) for name in group}  # each has a row of its own
+    named = [(name, p) for name, p in likely if p >= PROBABILITY_SHOWN or name == "none" or name in grouped]
     others = [p for name, p in likely if (name, p) not in named]
     rows = [(title(name), f"{p:.3f}") for name, p in named]
     if others:

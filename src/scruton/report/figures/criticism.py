@@ -208,6 +208,7 @@ def innovation_figures(tree: "xr.DataTree", criticism: Criticism) -> Iterable[Fi
 
 
 def _innovation_row(row: "Sequence[Axes]", record: RecordOf, values: np.ndarray, scale: float) -> None:
+    from matplotlib.ticker import MaxNLocator
     from scipy.special import ndtri
 
     x, before, time = values[1:], scale * record.amplitude[:-1], record.time[1:] - record.time[0]
@@ -220,6 +221,7 @@ def _innovation_row(row: "Sequence[Axes]", record: RecordOf, values: np.ndarray,
     row[0].set_title(_record(record.test, record.record), fontsize=7.5)
     grid = np.linspace(before.min(), before.max(), 100)
     row[1].plot(grid, np.polynomial.Polynomial.fit(before, x, 2)(grid), color=style.VERMILLION, lw=1.2)
+    row[1].xaxis.set_major_locator(MaxNLocator(3))  # three decimals each: more run together in a quarter of the page
     lags = whiteness.lags_of(x.size)
     limit = 1.96 / np.sqrt(x.size)
     row[2].axhspan(-limit, limit, color=style.LIGHT, alpha=0.45, lw=0)

@@ -127,11 +127,12 @@ def _stability_panel(axes: "Axes", fit: Fit, name: str) -> None:
             arrow = {"arrowstyle": "-|>", "color": style.BLACK, "lw": 0.9, "shrinkA": 0, "shrinkB": 0}
             axes.annotate("", (end, 0.0), (start, 0.0), zorder=5, arrowprops=arrow)
     axes.set_xlim(0.0, span)
-    for word, x, rise, ha, va in (("decays", 0.01, 3, "left", "baseline"), ("grows", 0.99, -3, "right", "top")):
-        axes.annotate(
-            word, (x, 0.0), xycoords=("axes fraction", "data"), xytext=(0, rise), textcoords="offset points",
-            fontsize=7.5, color=style.GREY, ha=ha, va=va,
-        )  # fmt: skip
+    # each where the curve is on its side of zero: below it at small amplitudes, above it at large ones
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, max(high, 0.0) + 0.14 * (high - low))
+    grey: dict[str, Any] = {"fontsize": 7.5, "color": style.GREY, "va": "top", "textcoords": "offset points"}
+    axes.annotate("grows", (0.01, 0.0), xycoords=("axes fraction", "data"), xytext=(0, -3), ha="left", **grey)
+    axes.annotate("decays", (0.99, 1.0), xycoords="axes fraction", xytext=(0, -1), ha="right", **grey)
 
 
 def _by_test(

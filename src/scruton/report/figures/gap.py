@@ -38,7 +38,7 @@ _NARROW_TITLE = 40  # letters that fit above one of two panels side by side
 _NAMED = 2  # records that are named above a panel
 _HEADLINE = 72  # letters of the headline that fit on a line
 _LINE = 104  # letters of the lines under it
-CAPTION = (
+_CAPTION = (
     "Where the null model and the records part. Above: damping ratio, measured minus null model, against amplitude for "
     "{every} and, beside it, its rig in still air, with 90 % bands; shaded, heavy where it differs. Below: change of "
     "frequency with amplitude, heavy where it differs from nothing, and the probability of each cause, that of no gap "
@@ -98,7 +98,12 @@ def _laid_out(diagnosis: Diagnosis, findings: Sequence[Finding], curves: Curves,
         lines = "\n".join(textwrap.fill(line, _LINE) for line in below)
         top.suptitle(lines, x=0.01, ha="left", fontsize=8.0, linespacing=1.3)
     every = "every test" if not left_out else f"{len(rows)} tests, {left_out[0][0].lower()}{left_out[0][1:]},"
-    return FigureWithCaption(drawing, caption=CAPTION.format(every=every), alt=alt)
+    return FigureWithCaption(drawing, caption=gap_caption(every), alt=alt)
+
+
+def gap_caption(every: str = "every test shown") -> str:
+    """What stands under the figure; of one that was saved, which names itself what it leaves out, it says no more."""
+    return _CAPTION.format(every=every)
 
 
 def _sizes(diagnosis: Diagnosis, findings: Sequence[Finding]) -> list[str]:

@@ -220,14 +220,18 @@ def _name_points(axes: "Axes", named: Sequence[tuple[str, float, float]], *, ris
 
 
 def frame(axes: "Axes", limits: tuple[float, float], ceiling: float, *, note: float | None = 0.3) -> None:
-    """Limits, and the shaded strip of negative Scruton numbers (or damping ratios), its label at height `note`."""
+    """Limits, and the shaded strip of negative Scruton numbers (or damping ratios), its label about height `note`.
+
+    A low one stands on the axis: half of its length may be more than the height.
+    """
     axes.set(xlim=limits, ylim=(0.0, ceiling))
     if limits[0] < 0.0:
         axes.axvspan(limits[0], 0.0, facecolor="#EFEFEF", edgecolor=style.LIGHT, hatch="////", lw=0, zorder=0)
         axes.axvline(0.0, color=style.GREY, lw=0.6, zorder=0.5)
         if note is not None:
             axes.annotate(
-                "no physical meaning", (0.5 * limits[0], note * ceiling), rotation=90, ha="center", va="center",
-                fontsize=7.5, color=style.GREY, zorder=8,
+                "no physical meaning", (0.5 * limits[0], 0.0 if note < 0.5 else note * ceiling), rotation=90,
+                xytext=(0.0, 4.0 if note < 0.5 else 0.0), textcoords="offset points",
+                ha="center", va="bottom" if note < 0.5 else "center", fontsize=7.5, color=style.GREY, zorder=8,
                 bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.8},
             )  # fmt: skip

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 _SHADES = ("#E9C6DA", style.PURPLE, "#A14C7D", "#6B2A51")  # of the confidences: one colour, darker the surer
 _BAND: dict[str, Any] = {"color": style.SKY, "alpha": 0.4, "lw": 0}
+_TALLEST = 3.0  # of the median: where the upper end of its interval lies higher, it is written
 _ADDED = "Added damping ratio"
 _array = partial(np.array, dtype=float)  # None, of JSON, becomes NaN
 
@@ -54,16 +55,21 @@ def decision_plot(content: Content, mode: Content) -> FigureWithCaption:
     sc = shown_in(SCRUTON)[0] * curve["scruton_number"]
     low, middle, high = (factor * curve[f"amplitude_{q}"] for q in ("05", "50", "95"))
     limit = factor * rule["limit"]
+    now = [float(x[0]) for x in (sc, low, middle, high)]
     drawing, axes = style.alone(52.0)  # mm: the first page holds it with all else that decides
-    top = 1.15 * max(min(float(np.nanmax(high, initial=0.0)), max(4.0 * limit, 1.3 * float(middle[0]))), limit)
+    # the whole of the bar, as long as it leaves its middle room
+    whole = max(4.0 * limit, 1.3 * now[2], min(now[3], _TALLEST * now[2]))
+    top = 1.15 * max(min(float(np.nanmax(high, initial=0.0)), whole), limit)
     axes.fill_between(sc, low, np.minimum(high, 2.0 * top), **_BAND, label="bridge, 90 % interval")
     axes.plot(sc, middle, color=style.BLUE, label="median")
     axes.axhline(limit, color=style.VERMILLION, ls="--", label=f"limit, {style.shorten(limit_text(rule))}")
-    now = [float(x[0]) for x in (sc, low, middle, high)]
     axes.errorbar(
         [now[0]], [now[2]], [[now[2] - now[1]], [min(now[3], 2.0 * top) - now[2]]], fmt="o", color=style.BLACK, ms=6,
         capsize=3, zorder=5, label="without added damping",
     )  # fmt: skip
+    if top < now[3] < np.inf:
+        axes.annotate(f"to {amplitude(now[3] / factor, files)}", (now[0], top), xytext=(5, -2), va="top", zorder=6,
+                      textcoords="offset points", fontsize=7, path_effects=style.halo())  # fmt: skip
     required = required_of(content, mode)
     ends_now = f"90 % {amplitude(now[1] / factor, files)} to {amplitude(now[3] / factor, files)}"
     alt = f"Without added damping the amplitude is {amplitude(now[2] / factor, files)} ({ends_now}), the limit "
@@ -280,7 +286,7 @@ def required_plot(content: Content) -> FigureWithCaption:
             place = (0.0 if value is None else per * value, y)
             said = _added(value, limit.get("required_mcse", {}).get(p))
             axes.annotate(said, place, xytext=(3, 0), textcoords="offset points", va="center", fontsize=7)
-    labels = [f"{style.shorten(name, 16)}\n{style.shorten(limit_text(entry), 20)}" for name, entry in rows]
+    labels = [f"{style.shorten(name, 28)}\n{style.shorten(limit_text(entry), 28)}" for name, entry in rows]
     axes.set_yticks(range(len(rows)), labels)
     axes.set(xlabel=damping_label(_ADDED), xlim=(0.0, per * top * 1.25))
     axes.invert_yaxis()
