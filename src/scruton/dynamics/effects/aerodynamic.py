@@ -47,13 +47,29 @@ def _incoherent(table: FloatArray, values: Values, layout: Layout) -> None:
         table[:, :, term] *= left
 
 
-def _saturating(layout: Layout, form: str, weight: float = 1.0) -> Variant:
-    scope = _in_wind(layout)
-    amplitude = Parameter(
+def _critical_amplitude(scope: Scope) -> Parameter:
+    """A_c of a drive that saturates as 1 - exp(-A/A_c)."""
+    return Parameter(
         "amplitude", float(np.log(0.2)), 1.0, scope.members, log=True, unit=REFERENCE,
         starts=tuple(float(np.log(x)) for x in (0.04, 0.12, 0.4)),
     )  # fmt: skip
-    return Variant(form, (amplitude,), _incoherent, scope, weight)
+
+
+def _saturating(layout: Layout, form: str, weight: float = 1.0) -> Variant:
+    scope = _in_wind(layout)
+    return Variant(form, (_critical_amplitude(scope),), _incoherent, scope, weight)
+
+
+def _of_another_law(layout: Layout) -> Variant:
+    """Growth in proportion to the amplitude that its square ends, as in Ehsan and Scanlan's law, beside the paper's."""
+    scope, square = _in_wind(layout), adding(size=Term.AERO_SQUARE)
+
+    def apply(table: FloatArray, values: Values, layout: Layout) -> None:
+        square(table, values, layout)
+        _incoherent(table, values, layout)
+
+    parameters = (size_prior("size", scope.members), _critical_amplitude(scope))
+    return Variant("drive saturates as 1 - exp(-A/A_c), beside a part in A^2", parameters, apply, scope, 0.5)
 
 
 def _coherence(layout: Layout) -> list[Variant]:
@@ -70,6 +86,7 @@ def _of_higher_order(layout: Layout) -> list[Variant]:
         sized("a part in A^4 of the aerodynamic damping", adding(size=fourth), scope, weight=0.7),
         # A wake that falls out of step at small amplitude loses its drive as a span does whose parts no longer agree.
         _saturating(layout, "a wake out of step at small amplitude: drive saturates as 1 - exp(-A/A_c)", 0.4),
+        _of_another_law(layout),
     ]
 
 
