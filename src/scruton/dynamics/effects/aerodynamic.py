@@ -66,7 +66,8 @@ def _of_another_law(layout: Layout) -> Variant:
 
     def apply(table: FloatArray, values: Values, layout: Layout) -> None:
         square(table, values, layout)
-        _incoherent(table, values, layout)
+        # nothing is left of the form without its size
+        _incoherent(table, {**values, "amplitude": values["amplitude"] * (values["size"] != 0.0)}, layout)
 
     parameters = (size_prior("size", scope.members), _critical_amplitude(scope))
     return Variant("drive saturates as 1 - exp(-A/A_c), beside a part in A^2", parameters, apply, scope, 0.5)
