@@ -208,7 +208,7 @@ def _challenge(_: Stock, to: Path) -> None:
     """Make two cases and spell the results of their diagnoses as FORMAT.md has them."""
     one_rig = ("--design", "one-rig", "--effects", "none,coulomb_friction", "--severities", "0.4")
     _run("challenge", "make", "-o", to / "made", "--cases", 2, *one_rig)
-    _run("challenge", "run", to / "made", "-o", to / "results", stops=("scruton.gap.diagnose.diagnose_campaign",))
+    _run("challenge", "run", to / "made", "-o", to / "results", stops=("scruton.gap.diagnose.examine",))
     for case, verdict in (("case-0001", "none"), ("case-0002", "coulomb_friction")):
         other = "none" if verdict != "none" else "coulomb_friction"
         content = {

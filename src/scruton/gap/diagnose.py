@@ -23,7 +23,7 @@ from scruton.gap.results import FORMAT
 from scruton.gap.shrink import shrink
 from scruton.gap.sizes import found_parameters
 from scruton.gap.thresholds import ANY_TEMPERATURE, FLOOR, LEAST, TEMPERATURE, TUNED_ON
-from scruton.infer.cards import ModelCard, load_card
+from scruton.infer.cards import ModelCard
 from scruton.progress import Progress
 from scruton.provenance import provenance
 from scruton.stats.evidence import Evidence
@@ -32,35 +32,6 @@ from scruton.stats.laplace_check import bridge_evidence, importance_evidence
 _LEADERS = 2
 _METHODS = (("importance", "error", "effective_draws"), ("bridge", "bridge_error", "bridge_effective_draws"))
 SEED = 0  # of the few draws that a diagnosis makes
-
-
-def diagnose_campaign(
-    folder: Path, card: ModelCard | None = None, *, workers: int = 2, progress: Progress | None = None
-) -> dict[str, Any]:
-    """Diagnose a campaign on disk.
-
-    Parameters
-    ----------
-    folder : Path
-        With a campaign.toml.
-    card : ModelCard, optional
-        The shipped default by default: its prior weights of effects.
-    workers : int
-        Threads.
-    progress : callable, optional
-        Told what is being done and the fraction done.
-
-    Returns
-    -------
-    dict
-        The content of gap.json.
-
-    Raises
-    ------
-    InputError
-        If the campaign cannot be read or holds no record.
-    """
-    return examine(folder, card or load_card(), workers=workers, progress=progress)[1]
 
 
 def examine(

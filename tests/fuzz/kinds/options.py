@@ -43,7 +43,7 @@ STOPS: dict[str, tuple[str, ...]] = {
     "calibrate": ("scruton.calibrate.calibration.run_campaign", "scruton.processes.pool"),
     "diagnose": ("scruton.gap.diagnose.diagnose_data",),
     "challenge make": ("scruton.calibrate.challenge.make.simulate_case", "scruton.processes.pool"),
-    "challenge run": ("scruton.gap.diagnose.diagnose_campaign", "scruton.processes.pool"),
+    "challenge run": ("scruton.gap.diagnose.examine", "scruton.processes.pool"),
     "challenge score": ("scruton.calibrate.challenge.pictures.draw",),
     "challenge tune": ("scruton.calibrate.challenge.tune.tune_challenges",),
 }

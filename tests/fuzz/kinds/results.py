@@ -199,7 +199,7 @@ def challenge(rng: Generator, number: int, folder: Path, stock: Stock) -> Case:
     about = _dropped(path) if number % 9 == 8 else spoil_json(rng, path)
     if number % 5 == 0:
         argv = ("challenge", "run", "case/made", "-o", "case/results", "--resume")
-        stops = ("scruton.gap.diagnose.diagnose_campaign",)
+        stops = ("scruton.gap.diagnose.examine",)
         return Case(f"challenge run --resume over {about}", argv, ANY, ("case",), stops, may_write=True)
     return Case(f"challenge score of {about}", score, ANY, ("case",), draw, demand=_scored)
 

@@ -21,9 +21,10 @@ Diagnose = Callable[[Path], Mapping[str, Any]]
 
 def diagnose_case(folder: Path) -> Mapping[str, Any]:
     """Diagnose a campaign with the default card in one thread: the content of gap.json."""
-    from scruton.gap.diagnose import diagnose_campaign
+    from scruton.gap.diagnose import examine
+    from scruton.infer.cards import load_card
 
-    return diagnose_campaign(folder, workers=1)
+    return examine(folder, load_card(), workers=1)[1]
 
 
 def run_challenge(folder: Path, how: Execution, diagnose: Diagnose = diagnose_case) -> dict[str, str]:
