@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 
 from scruton.campaign.schema import Kind, Record
-from scruton.envelope import assess, beats, swing
+from scruton.envelope import assess, beats, record_cycles, swing
 from scruton.envelope.thresholds import SWING
 from scruton.envelope.types import Cycles
 
@@ -17,6 +17,10 @@ def cycles(amplitude):
     t = np.arange(amplitude.size) / F
     nothing = np.zeros_like(t)
     return Cycles(t, amplitude, np.full_like(t, 1e-4), nothing, np.full_like(t, F), nothing, F, 1e-4)
+
+
+def assessed(record):
+    return assess(record, record_cycles(record, F))
 
 
 def remembering(memory, first, seconds=60.0):
@@ -72,7 +76,7 @@ def test_the_remark_says_how_far_and_no_other_is_made_of_the_kind():
     y = np.interp(t, np.arange(slow.size) / F, slow) * np.cos(2 * np.pi * F * t + 1) + 2e-4 * rng.standard_normal(
         t.size
     )
-    quality = assess(Record("r1", Path("r1.csv"), Kind.GROWTH, t, y, field="records[0]"))
+    quality = assessed(Record("r1", Path("r1.csv"), Kind.GROWTH, t, y, field="records[0]"))
     assert quality.swing is not None
     assert quality.stable_amplitude == pytest.approx(STABLE, rel=0.02)
     assert [remark.kind for remark in quality.remarks] == ["swing"]
@@ -104,8 +108,8 @@ def test_gusts_drift_and_transients_are_no_beating(seed):
 def test_who_has_a_beating_record_is_told_that_no_one_amplitude_is_stable(kind):
     t, rng = np.arange(6000) / 100.0, np.random.default_rng(2)
     y = np.interp(t, np.arange(480) / F, beating()) * np.cos(2 * np.pi * F * t) + 1e-4 * rng.standard_normal(t.size)
-    quality = assess(Record("s1", Path("s1.csv"), kind, t, y, field="records[0]"))
+    quality = assessed(Record("s1", Path("s1.csv"), kind, t, y, field="records[0]"))
     [said] = [one for one in quality.remarks if one.kind == "beat"]
     assert "no one stable amplitude" in said.text
-    steady = assess(Record("s1", Path("s1.csv"), kind, t, 0.01 * np.cos(2 * np.pi * F * t), field="records[0]"))
+    steady = assessed(Record("s1", Path("s1.csv"), kind, t, 0.01 * np.cos(2 * np.pi * F * t), field="records[0]"))
     assert not [one for one in steady.remarks if one.kind == "beat"]

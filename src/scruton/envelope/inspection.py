@@ -96,7 +96,7 @@ def weigh(
     for record, _, test in records_of(campaign):
         if record.name in cycles:
             stable = test.stable_amplitude.mean if test is not None and test.stable_amplitude else None
-            qualities[record.name] = assess(record, stable_amplitude=stable, cycles=cycles[record.name])
+            qualities[record.name] = assess(record, cycles[record.name], stable_amplitude=stable)
     return Inspection(campaign, cycles, qualities, ringdowns, stated_sd)
 
 

@@ -10,7 +10,6 @@ from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Kind, Record
 from scruton.envelope import thresholds
 from scruton.envelope.clipping import CLIPPED
-from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.lines import Line, second_line
 from scruton.envelope.relaxation import Relaxation, relaxation
 from scruton.envelope.ringdown import weighted_line
@@ -18,7 +17,6 @@ from scruton.envelope.sampling import Sampling, quantum_of, run_lengths, samplin
 from scruton.envelope.standing import Swing, beats, swing
 from scruton.envelope.types import Cycles
 from scruton.envelope.windows import Windows, cut
-from scruton.errors import InputError
 from scruton.shown import fields_in_brief, shown
 
 
@@ -74,39 +72,18 @@ class RecordQuality:
         return tuple(remark.sentence for remark in self.remarks)
 
 
-def assess(
-    record: Record,
-    *,
-    frequency: float | None = None,
-    stable_amplitude: float | None = None,
-    cycles: Cycles | None = None,
-) -> RecordQuality:
+def assess(record: Record, cycles: Cycles, *, stable_amplitude: float | None = None) -> RecordQuality:
     """Measure a record and collect its warnings.
 
     Parameters
     ----------
     record : Record
         As the campaign gives it.
-    frequency : float, optional
-        Frequency [Hz] of the oscillation; needed for an envelope that was extracted elsewhere.
+    cycles : Cycles
+        Its demodulation.
     stable_amplitude : float, optional
         As the laboratory states it (A/D or rad); otherwise the fitted exponential tells it.
-    cycles : Cycles, optional
-        The record's demodulation, if it is at hand.
-
-    Raises
-    ------
-    InputError
-        If the record does not oscillate, or is too short or too coarse to say so.
     """
-    name = str(record.path)
-    if cycles is None and record.is_envelope:
-        if frequency is None:
-            raise InputError(name, record.field, "an envelope without a frequency",
-                             "the frequency of the oscillation beside it")  # fmt: skip
-        cycles = cycles_from_envelope(record.time, record.response, frequency, name=name)
-    elif cycles is None:
-        cycles = demodulate(record.time, record.response, near=frequency, band=record.band, name=name)
     steps = sampling(record.time)
     smooth = np.convolve(cycles.amplitude, np.ones(5) / 5.0, mode="valid")
     transient = record.kind in (Kind.GROWTH, Kind.DECAY)
