@@ -168,8 +168,7 @@ def _sweeps(campaign: Campaign) -> Iterator[Remark]:
 
 def _duplicates(campaign: Campaign) -> Iterator[Remark]:
     """Remark on records that share samples: the same file under two names, overlapping windows, or copied numbers."""
-    owned = [(f"rig {rig.name}", record) for rig in campaign.rigs for record in rig.records]
-    owned += [(f"test {test.name}", record) for test in campaign.tests for record in test.records]
+    owned = [(f"test {test.name}" if test else f"rig {rig.name}", record) for record, rig, test in campaign.records()]
     sha256_of = campaign.sha256 or {}
     digests = {}
     for _, record in owned:  # of the file, by its path where they are not known, and of the samples

@@ -3,7 +3,7 @@
 Nothing here reads a file or knows a unit; `scruton.campaign.load` does both and builds these.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from math import degrees
@@ -218,3 +218,10 @@ class Campaign:
     def test(self, name: str) -> Test:
         """Return the test called `name` (KeyError if there is none)."""
         return {test.name: test for test in self.tests}[name]
+
+    def records(self) -> Iterator[tuple[Record, Rig, Test | None]]:
+        """Every record with its rig and, in wind, its test; still air first."""
+        for rig in self.rigs:
+            yield from ((record, rig, None) for record in rig.records)
+        for test in self.tests:
+            yield from ((record, self.rig(test.rig), test) for record in test.records)

@@ -51,15 +51,7 @@ class Inspection:
 
     def records(self) -> Iterator[tuple[Record, Rig, Test | None]]:
         """Every record that can be used, with its rig and, in wind, its test."""
-        return (row for row in records_of(self.campaign) if row[0].name in self.qualities)
-
-
-def records_of(campaign: Campaign) -> Iterator[tuple[Record, Rig, Test | None]]:
-    """Every record with its rig and, in wind, its test; still air first."""
-    for rig in campaign.rigs:
-        yield from ((record, rig, None) for record in rig.records)
-    for test in campaign.tests:
-        yield from ((record, campaign.rig(test.rig), test) for record in test.records)
+        return (row for row in self.campaign.records() if row[0].name in self.qualities)
 
 
 def record_cycles(record: Record, still_air_frequency: float, source: str = REGRESSION) -> Cycles:
@@ -93,7 +85,7 @@ def weigh(
 ) -> Inspection:
     """Measure every record whose cycles are at hand."""
     qualities = {}
-    for record, _, test in records_of(campaign):
+    for record, _, test in campaign.records():
         if record.name in cycles:
             stable = test.stable_amplitude.mean if test is not None and test.stable_amplitude else None
             qualities[record.name] = assess(record, cycles[record.name], stable_amplitude=stable)
@@ -149,7 +141,7 @@ def _risen(campaign: Campaign, cycles: Mapping[str, Cycles]) -> tuple[Campaign, 
     amplitude alone lets it pass one amplitude in both directions.
     """
     found, remarks = dict(cycles), []
-    for record, _, _ in records_of(campaign):
+    for record, _, _ in campaign.records():
         if record.kind is not Kind.GROWTH:
             continue
         track = found[record.name]
@@ -170,7 +162,7 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
     cycles: dict[str, Cycles] = {}
     failures: dict[str, InputError] = {}
     clipped = {remark.name for remark in campaign.remarks if remark.kind == CLIPPED}
-    for record, rig, test in records_of(campaign):
+    for record, rig, test in campaign.records():
         try:
             track = record_cycles(record, rig.frequency.mean, source)
             if test is None and plucks:
@@ -194,7 +186,7 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
         if rig.records and not left.records and not rig.damping_ratio
     ]
     needed = [record.name for rig in bare for record in rig.records]
-    in_wind = [record.name for record, _, test in records_of(campaign) if test is not None]
+    in_wind = [record.name for record, _, test in campaign.records() if test is not None]
     if cycles and not needed and not any(name in cycles for name in in_wind):
         needed = in_wind
     if strict or not cycles or needed:

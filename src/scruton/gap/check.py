@@ -148,8 +148,7 @@ class SecondLine:
 
 def second_lines(campaign: Campaign, cycles: Mapping[str, Cycles]) -> tuple[SecondLine, ...]:
     """Look for a line that matters beside the response in every record, the fundamental and its harmonics taken off."""
-    every = [r for rig in campaign.rigs for r in rig.records] + [r for test in campaign.tests for r in test.records]
-    used = [record for record in every if not record.is_envelope and record.name in cycles]
+    used = [one for one, _, _ in campaign.records() if not one.is_envelope and one.name in cycles]
     return tuple(line for record in used if (line := _line(record, cycles[record.name])))
 
 

@@ -36,10 +36,8 @@ class Computed[Value](Mapping[str, Value]):
 
 def cycles_of(campaign: Campaign, source: str) -> Mapping[str, Cycles]:
     """The envelope of every record, by its name; `source` is that of the model card."""
-    records = [(record, rig.name) for rig in campaign.rigs for record in rig.records]
-    records += [(record, test.rig) for test in campaign.tests for record in test.records]
-    frequency = {rig.name: rig.frequency.mean for rig in campaign.rigs}
-    return Computed(record_cycles, {record.name: (record, frequency[rig], source) for record, rig in records})
+    records = campaign.records()
+    return Computed(record_cycles, {record.name: (record, rig.frequency.mean, source) for record, rig, _ in records})
 
 
 def ringdowns_of(campaign: Campaign, cycles: Mapping[str, Cycles]) -> Mapping[str, RingDown]:

@@ -9,7 +9,6 @@ from scruton.arrays import FloatArray, thin
 from scruton.campaign import Record, load_campaign
 from scruton.dynamics.first_look import Check
 from scruton.envelope import Cycles
-from scruton.envelope.inspection import records_of
 from scruton.report.conventions import DAMPING, SCRUTON, damping, damping_symbol, damping_words, shown_in
 from scruton.report.document import Picture
 from scruton.report.figures.style import extremes
@@ -46,7 +45,7 @@ def record_pictures(found: Check) -> Iterator[Picture]:
     """Every record that can be used, all of its file, with the window that was read and its cycles."""
     factor, unit = shown_in(found.campaign.section.amplitude_unit)
     # a record that is unusable beyond its window is shown within it
-    whole = {one.field: one for one, _, _ in records_of(load_campaign(found.campaign.path, [], whole=True))}
+    whole = {one.field: one for one, _, _ in load_campaign(found.campaign.path, [], whole=True).records()}
     fronts = {row.record: row.front for row in found.identified}
     for number, (record, rig, test) in enumerate(found.inspection.records()):
         cycles, entire = found.inspection.cycles[record.name], whole.get(record.field, record)

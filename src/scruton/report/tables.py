@@ -91,14 +91,12 @@ def _tests(fit: "Fit", unit: str) -> Iterator[Row]:
 
 def _records(fit: "Fit", unit: str) -> Iterator[Row]:
     """One row a record: its size, amplitude and frequency, and how far the trial function of Eq. (4) is off."""
-    owners = [("rig", rig.name, series) for rig in fit.campaign.rigs for series in rig.records]
-    owners += [("test", test.name, series) for test in fit.campaign.tests for series in test.records]
-    for kind, owner, record in owners:
+    for record, rig, test in fit.campaign.records():
         cycles, front = fit.cycles.get(record.name), fit.front_ends.get(record.name)
         amplitude = cycles.amplitude if cycles is not None else np.array([np.nan])
         yield {
             "record": record.name,
-            "of": f"{kind} {owner}",
+            "of": f"test {test.name}" if test else f"rig {rig.name}",
             "kind": record.kind.value,
             "length [s]": float(record.time[-1] - record.time[0]),
             "samples": len(record.time),
