@@ -107,7 +107,7 @@ def _out_of_range(campaign: Campaign) -> Iterator[Remark]:
     yield from outside(section.depth, DEPTH, "depth", "", "section", "the depth D")
     for test in campaign.tests:
         about = ("test", test.name)
-        reduced = test.wind_speed.mean / (campaign.rig(test.rig).frequency.mean * section.depth)
+        reduced = campaign.reduced_velocity(test)
         yield from outside(test.air_density.mean, density, "density", *about, "the air density")
         yield from outside(reduced, REDUCED_VELOCITY, "reduced velocity", *about, "U/(f0 D)")
         if test.stable_amplitude is not None:

@@ -219,6 +219,10 @@ class Campaign:
         """Return the test called `name` (KeyError if there is none)."""
         return {test.name: test for test in self.tests}[name]
 
+    def reduced_velocity(self, test: Test) -> float:
+        """U/(f0 D) of a test, with the still-air frequency of its rig."""
+        return test.wind_speed.mean / (self.rig(test.rig).frequency.mean * self.section.depth)
+
     def records(self) -> Iterator[tuple[Record, Rig, Test | None]]:
         """Every record with its rig and, in wind, its test; still air first."""
         for rig in self.rigs:

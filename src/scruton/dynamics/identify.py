@@ -116,7 +116,7 @@ def _row(inspection: Inspection, campaign: Campaign, record: Record, rig: Rig, t
     product = Y1_epsilon_from_griffin(slope, setting)
     rate = float(setting.omega0) * damping / sc / (slope * stable)
     return Identified(
-        test.name, record.name, rig.name, test.wind_speed.mean / (rig.frequency.mean * section.depth),
+        test.name, record.name, rig.name, campaign.reduced_velocity(test),
         float(setting.K), damping, float(setting.mass_ratio), sc, stable, stated is not None, slope, rate,
         float(Y1_from_amplitude(product, stable, setting)), float(epsilon_from_amplitude(product, stable, setting)),
         front,

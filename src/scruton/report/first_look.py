@@ -226,7 +226,7 @@ def _test_row(
             ).scruton_number
         )  # fmt: skip
     by_hand = ([getattr(row, name) for row in quick] for name in ("relaxation_rate", "Y1", "epsilon"))
-    reduced = test.wind_speed.mean / (rig.frequency.mean * section.depth)
+    reduced = found.campaign.reduced_velocity(test)
     peak = {True: "yes", False: "no", None: "-"}[test.peak]
     return (
         test.name, test.rig, _stated(test.wind_speed, notation), number(reduced), number(shown_in(SCRUTON)[0] * sc),

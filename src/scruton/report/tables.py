@@ -73,14 +73,14 @@ def _tests(fit: "Fit", unit: str) -> Iterator[Row]:
     """One row a test in wind, with the stable amplitude measured and the one found."""
     summaries = {summary["name"]: summary for summary in fit.summary["tests"]}
     for test in fit.campaign.tests:
-        frequency, entry = fit.campaign.rig(test.rig).frequency.mean, summaries.get(test.name, {})
+        entry = summaries.get(test.name, {})
         parameters = entry.get("parameters", {})
         yield {
             "test": test.name,
             "rig": test.rig,
             "air density [kg/m^3]": test.air_density.mean,
             "wind speed [m/s]": test.wind_speed.mean,
-            "U/(f0 D) [-]": test.wind_speed.mean / (frequency * fit.campaign.section.depth),
+            "U/(f0 D) [-]": fit.campaign.reduced_velocity(test),
             "frequency in wind [Hz]": entry.get("wind_frequency", np.nan),
             "peak": bool(entry.get("peak", False)),
             "Sc [-]": parameters.get("scruton_number", _UNKNOWN)["median"],

@@ -75,7 +75,7 @@ def _similitude(material: Material) -> Table:
         test = material.fit.campaign.test(entry["name"])
         rig = material.fit.campaign.rig(test.rig)
         mass = float("nan") if rig.mass is None else rig.mass.mean / (test.air_density.mean * area)
-        reduced = test.wind_speed.mean / (rig.frequency.mean * section.depth)
+        reduced = material.fit.campaign.reduced_velocity(test)
         sc, interval = estimate(entry["parameters"]["scruton_number"], shown_in(SCRUTON)[0])
         factor, unit = shown_in(DAMPING)
         xi = with_unit(estimate(entry["parameters"]["damping_ratio"], factor)[0], unit)

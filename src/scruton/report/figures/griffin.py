@@ -300,7 +300,7 @@ def _steady(axes: "Axes", fit: Fit, styles: Mapping[str, style.LineStyle]) -> fl
         tests = [test for test in campaign.tests if test.rig == rig and test.name in test_names(tree)]
         if not tests:
             continue
-        x = [test.wind_speed.mean / unit_speed[rig] for test in tests]
+        x = [campaign.reduced_velocity(test) for test in tests]
         stable = [np.quantile(printed_draws(tree, test.name)["a_star"], style.Q90) for test in tests]
         low, middle, high = np.array(stable).T
         axes.errorbar(
@@ -311,7 +311,7 @@ def _steady(axes: "Axes", fit: Fit, styles: Mapping[str, style.LineStyle]) -> fl
         top = max(top, float(high.max()))
     stated = [(test, test.stable_amplitude.mean) for test in campaign.tests if test.stable_amplitude is not None]
     if stated:
-        x, y = np.array([(test.wind_speed.mean / unit_speed[test.rig], mean) for test, mean in stated]).T
+        x, y = np.array([(campaign.reduced_velocity(test), mean) for test, mean in stated]).T
         axes.plot(x, scale * y, "x", color=style.BLACK, ms=5, mew=1.1, label="measured stable amplitude", zorder=5)
     return top
 
