@@ -12,7 +12,7 @@ import xarray as xr
 
 from scruton.arrays import FloatArray, end_to_end
 from scruton.infer.free_runs import free_runs
-from scruton.infer.hierarchy import SHARED
+from scruton.infer.hierarchy import SHARED, CampaignPosterior
 from scruton.infer.joint import SCALES, evenly
 from scruton.infer.models import NOISE, WindPosterior
 from scruton.infer.result_schema import EXAMINED_LIKELIHOOD, SCHEMA, dataset, joined
@@ -77,16 +77,12 @@ def _of_law(law: LawResult, names: Sequence[str], shape: tuple[int, ...]) -> dic
     flat = end_to_end(samples.chain)
     kept = evenly(len(flat), int(np.prod(shape)))
     u = flat[kept]
-    terms = posterior.log_prior_terms(u)
-    shared = posterior.named(terms)
-    prior = np.sum([shared[name] for name in (*SHARED[:2], *(["law_exponent"] if posterior.exponent else ()))], axis=0)
-    scales = np.sum([shared[name] for name in SCALES], axis=0)
+    prior = log_prior_of(posterior, u)
     records = samples.log_prob.reshape(-1)[kept] - posterior.log_prior(u)
     found = {}
     for j, (name, (test, v)) in enumerate(zip(names, posterior.winds(u), strict=True)):
-        own = posterior.own_coordinates[j].of(terms)
-        noise = scales + np.sum([own[key] for key in NOISE], axis=0)
-        factors = dict(zip(FACTORS, (prior, noise, own["damping_ratio"], records), strict=True))
+        noise = prior["discrepancy"] + prior["noise"][:, j]
+        factors = dict(zip(FACTORS, (prior["curve"], noise, prior["damping_ratio"][:, j], records), strict=True))
         values = {
             key: column[..., j].reshape(-1)[kept].reshape(shape)
             for key, column in law.derived.items()
@@ -97,6 +93,22 @@ def _of_law(law: LawResult, names: Sequence[str], shape: tuple[int, ...]) -> dic
         values |= {key: factor.reshape(shape) for key, factor in factors.items()}
         found[name] = Examined(name, test.wind, v.reshape(*shape, -1), values)
     return found
+
+
+def log_prior_of(posterior: CampaignPosterior, u: FloatArray) -> dict[str, FloatArray]:
+    """Log densities of the priors that are meant to speak, (S,), or (S, tests) of what every test has of its own.
+
+    What joins a test to the curve is the model's.
+    """
+    terms = posterior.log_prior_terms(u)
+    of, own = posterior.named(terms), [coordinates.of(terms) for coordinates in posterior.own_coordinates]
+    curve = (*SHARED[:2], *(["law_exponent"] if posterior.exponent else ()))
+    return {
+        "curve": np.sum([of[name] for name in curve], axis=0),
+        "discrepancy": np.sum([of[name] for name in SCALES], axis=0),
+        "noise": np.stack([np.sum([one[name] for name in NOISE], axis=0) for one in own], axis=-1),
+        "damping_ratio": np.stack([one["damping_ratio"] for one in own], axis=-1),
+    }
 
 
 def examined_groups(

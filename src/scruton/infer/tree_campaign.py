@@ -12,11 +12,8 @@ import numpy as np
 import xarray as xr
 
 from scruton.arrays import FloatArray, end_to_end
-from scruton.infer.examined import leading
+from scruton.infer.examined import leading, log_prior_of
 from scruton.infer.free_runs import RUNS
-from scruton.infer.hierarchy import SHARED
-from scruton.infer.joint import SCALES
-from scruton.infer.models import NOISE
 from scruton.infer.peak_test import PeakTest
 from scruton.infer.peaks import derive
 from scruton.infer.result_schema import MODEL, SCHEMA, dataset, joined
@@ -54,7 +51,10 @@ def model_groups(sampled: Sampled, sampling: Sampling) -> dict[str, xr.Dataset]:
         "posterior": group("posterior", known(derive(sampled.campaign, results, posterior, chain))),
         "prior": group("prior", known(prior), draw=np.arange(RUNS)),
         "sample_stats": group("sample_stats", {"lp": log_prob} | diagnostics(samples), parameter=list(samples.names)),
-        "log_prior": group("log_prior", _log_prior(law.posterior, flat, shape)),
+        "log_prior": group(
+            "log_prior",
+            {name: each.reshape(*shape, *each.shape[1:]) for name, each in log_prior_of(posterior, flat).items()},
+        ),
     }
     winds = [(test, v) for test, v in posterior.winds(flat)]
     steady = np.stack([test.wind.log_steady(v).reshape(shape) for test, v in winds], axis=-1)
@@ -105,19 +105,6 @@ def diagnostics(samples: Samples) -> dict[str, Any]:
 def _by_cycle(parts: Iterable[FloatArray], shape: tuple[int, ...]) -> np.ndarray:
     """Of all tests end to end, (chains, draws, N), in single precision, which holds one test at a time in double."""
     return np.concatenate([part.astype(np.float32) for part in parts], axis=1).reshape(*shape, -1)
-
-
-def _log_prior(posterior: Any, u: FloatArray, shape: tuple[int, ...]) -> dict[str, FloatArray]:
-    """Log densities of the priors that are meant to speak; what joins a test to the curve is the model's."""
-    terms = posterior.log_prior_terms(u)
-    of, own = posterior.named(terms), [coordinates.of(terms) for coordinates in posterior.own_coordinates]
-    curve = (*SHARED[:2], *(["law_exponent"] if posterior.exponent else ()))
-    return {
-        "curve": np.sum([of[name] for name in curve], axis=0).reshape(shape),
-        "discrepancy": np.sum([of[name] for name in SCALES], axis=0).reshape(shape),
-        "noise": np.stack([np.sum([one[name] for name in NOISE], axis=0) for one in own], axis=-1).reshape(*shape, -1),
-        "damping_ratio": np.stack([one["damping_ratio"] for one in own], axis=-1).reshape(*shape, -1),
-    }
 
 
 def _prior_of(prior: dict[str, FloatArray], j: int) -> dict[str, FloatArray]:
