@@ -12,7 +12,6 @@ from scruton.envelope.inspection import SET_ASIDE
 from scruton.report.document import Table
 from scruton.report.first_look import overview
 from scruton.report.render_text import render_text
-from scruton.report.wording import TERMINAL
 from scruton.terminal import BAD_INPUT, DONE, line_width
 
 
@@ -30,8 +29,8 @@ def run(arguments: Namespace) -> Outcome:
         usable(found.campaign, strict=True)
     lines = [] if arguments.html is None else [_page(found, arguments.html)]
     unread = [str(problem) for problem in found.problems]
-    blocks = overview(found, TERMINAL)
-    tables = [block for block in overview(found, TERMINAL, in_files=True) if isinstance(block, Table)]
+    blocks = overview(found)
+    tables = [block for block in overview(found, in_files=True) if isinstance(block, Table)]
     content = {
         "title": found.campaign.title,
         **{one.name: [dict(zip(one.header, row, strict=True)) for row in one.rows] for one in tables},

@@ -8,7 +8,7 @@ from scruton.documents import write_text
 from scruton.report.compare import compare, compared_blocks, compared_document
 from scruton.report.render_text import render_text
 from scruton.report.saved import chosen_sizing, sizing_remark
-from scruton.report.wording import PAGE, TERMINAL
+from scruton.report.wording import TERMINAL
 from scruton.terminal import DONE, NOT_TRUSTED, line_width
 
 
@@ -27,7 +27,7 @@ def run(arguments: Namespace) -> Outcome:
     if page is not None:
         from scruton.report.render_html import render_html
 
-        write_text(page, render_html(compared_document(found, PAGE)))
+        write_text(page, render_html(compared_document(found)))
     beside = zip((arguments.results, arguments.other), found.fits, strict=True)
     remarks = [sizing_remark(folder, chosen_sizing(folder, fit.summary)) for folder, fit in beside]
     text = render_text(compared_blocks(found, TERMINAL), line_width())

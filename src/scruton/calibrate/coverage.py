@@ -192,7 +192,7 @@ class LawCheck:
     quantities: Mapping[str, Sharpness]
 
 
-def law_check(regime: Regime, records: Sequence[Mapping[str, Any]], probability: str = "0.9") -> LawCheck:
+def law_check(regime: Regime, records: Sequence[Mapping[str, Any]]) -> LawCheck:
     """Summarise the records that `scruton.calibrate.campaigns.run_campaign` gives in a regime that weighs laws."""
     flags = [bool(record["law_flag"]) for record in records if record["law_flag"] is not None]
     weights = np.mean([record["weights"] for record in records], axis=0).tolist() if records else ()
@@ -204,7 +204,7 @@ def law_check(regime: Regime, records: Sequence[Mapping[str, Any]], probability:
     quantities = {
         name: Sharpness(
             len(alike),
-            float(np.mean([score["inside"][probability] for score in alike])),
+            float(np.mean([score["inside"]["0.9"] for score in alike])),
             float(np.median([score["factor"] for score in alike])),
             float(np.mean([score["interval_score"] for score in alike])),
             float(np.mean([score["truth"] > 0.0 and np.isinf(score["factor"]) for score in alike])),

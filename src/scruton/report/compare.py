@@ -22,7 +22,7 @@ from scruton.report.needs import for_any, governing, required_of
 from scruton.report.parts import drawn
 from scruton.report.saved import chosen_sizing, found_beside, read_sizing
 from scruton.report.summaries import forces_hold
-from scruton.report.wording import Notation
+from scruton.report.wording import PAGE, Notation
 from scruton.shown import shown
 from scruton.sizing.checks import ASKED
 
@@ -278,9 +278,9 @@ def _change(one: Difference, notation: Notation) -> str:
     return f"{'+' if one.change > 0.0 else ''}{notation.number(100.0 * one.change, 2)} %"
 
 
-def compared_document(found: Comparison, notation: Notation) -> Document:
+def compared_document(found: Comparison) -> Document:
     """The page: what differs, both Griffin plots in one, and everything side by side."""
-    blocks = list(compared_blocks(found, notation))
+    blocks = list(compared_blocks(found, PAGE))
     tables = [block for block in blocks if isinstance(block, Table)]
     pictures = [drawn(compare_plot(*found.fits))] if all(peak_names(fit.tree) for fit in found.fits) else []
     block = found.fits[1].campaign.title_block

@@ -9,7 +9,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.griffin.posterior import printed_draws, test_names
 from scruton.infer.joint import joint_draws
-from scruton.report.wording import Notation
+from scruton.report.wording import PAGE, Notation
 from scruton.stats.convergence import monte_carlo_error
 
 if TYPE_CHECKING:
@@ -76,10 +76,10 @@ def at_most(every: Iterable[Errors], of: Notation, factor: float = 1.0, what: st
     return f"Monte Carlo errors{what and f' {what}'} at most {median} of medians, {end} of the ends of intervals."
 
 
-def in_brackets(errors: Errors | None, of: Notation, factor: float = 1.0) -> str:
-    """In a sentence, after a median and its interval; empty where they are not known."""
+def in_brackets(errors: Errors | None, factor: float = 1.0) -> str:
+    """In a sentence of a page, after a median and its interval; empty where they are not known."""
     known = any(errors or ())
-    return f" (Monte Carlo errors {written(errors, of, factor)})" if known else ""
+    return f" (Monte Carlo errors {written(errors, PAGE, factor)})" if known else ""
 
 
 def _known(error: float) -> float | None:

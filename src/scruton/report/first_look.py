@@ -22,7 +22,7 @@ from scruton.report.conventions import (
 )
 from scruton.report.document import ALARM, CAUTION, Block, Callout, Chapter, Document, Table, numbered, paragraph
 from scruton.report.first_look_charts import griffin_pictures, record_pictures, ring_down_pictures
-from scruton.report.wording import PAGE, Notation, how_many, unit_text, with_error
+from scruton.report.wording import PAGE, TERMINAL, Notation, how_many, unit_text, with_error
 from scruton.report.wording import plain_number as number
 
 TEST_HEADER = ("test", "rig", "U [m/s]", "U/(f0 D)", "Sc", "peak")
@@ -35,8 +35,8 @@ _CAPTIONS = {
 }  # fmt: skip
 
 
-def overview(found: Check, notation: Notation, *, in_files: bool = False) -> list[Block]:
-    """What was read, and every warning; `in_files` with numbers as files hold them, for scripts."""
+def overview(found: Check, *, in_files: bool = False) -> list[Block]:
+    """What was read, and every warning, for a terminal; `in_files` with numbers as files hold them, for scripts."""
     campaign, section = found.campaign, found.campaign.section
     heading = (
         f"{campaign.title}\n{section.motion.value}, B = {number(section.width)} m, D = {number(section.depth)} m"
@@ -45,7 +45,7 @@ def overview(found: Check, notation: Notation, *, in_files: bool = False) -> lis
     )
     shown = {} if in_files else {"conventions": campaign.conventions}
     with conventions(shown):
-        tables = _tables(found, notation, 1.0 if in_files else None)
+        tables = _tables(found, TERMINAL, 1.0 if in_files else None)
     return [paragraph(heading), *tables, *_warnings(found)]
 
 

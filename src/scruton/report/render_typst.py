@@ -15,7 +15,7 @@ from typing import Any
 from scruton.report.document import Document, Picture, Table
 from scruton.report.maths import Maths
 from scruton.report.pages import Mark, Step, arranged
-from scruton.report.thresholds import LARGEST_SVG_IN_PDF
+from scruton.report.thresholds import DOTS_PER_INCH, LARGEST_SVG_IN_PDF
 from scruton.report.typefaces import families, typefaces
 
 TEMPLATE = Path(__file__).parent / "templates" / "report.typ"
@@ -61,15 +61,15 @@ def _files(document: Document, plan: list[list[Step]] | None) -> dict[str, bytes
     return {"main.typ": TEMPLATE.read_bytes(), **files}
 
 
-def rasterised(svg: bytes, dots_per_inch: int) -> bytes:
+def rasterised(svg: bytes) -> bytes:
     """A drawing whose letters are outlines, as a PNG that says how large it is: faster than to draw it anew."""
     import typst
 
     compiler: Any = typst.compile
     page = b'#set page(width: auto, height: auto, margin: 0pt, fill: white)\n#image("drawing.svg")'
     files = {"main.typ": page, "drawing.svg": svg}
-    png: bytes = compiler(files, format="png", ppi=float(dots_per_inch), ignore_system_fonts=True, font_paths=_fonts())
-    size = b"pHYs" + struct.pack(">IIB", *[round(dots_per_inch / 0.0254)] * 2, 1)
+    png: bytes = compiler(files, format="png", ppi=float(DOTS_PER_INCH), ignore_system_fonts=True, font_paths=_fonts())
+    size = b"pHYs" + struct.pack(">IIB", *[round(DOTS_PER_INCH / 0.0254)] * 2, 1)
     return png[:33] + struct.pack(">I", 9) + size + struct.pack(">I", zlib.crc32(size)) + png[33:]  # behind its header
 
 

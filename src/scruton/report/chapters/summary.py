@@ -99,13 +99,13 @@ def _answers(material: Material) -> list[str]:
             f"At the design Scruton number {scruton(design.scruton_number, stated)} (structural {damping_words()} "
             f"{damping(design.damping_ratio)} on rig {design.rig}) the predicted stable amplitude is "
             f"{with_unit(median, unit)}, 90 % interval {with_unit(interval, unit)}"
-            f"{in_brackets(told_errors(amplitude), PAGE, factor)}{scale}."
+            f"{in_brackets(told_errors(amplitude), factor)}{scale}."
         )
     for test in material.tests if not answers else ():
         if test["peak"]:
             median, interval = estimate(test["parameters"]["a_star"], factor)
             sc = scruton(test["parameters"]["scruton_number"]["median"], digits=3)
-            errors = in_brackets(errors_of_test(material.fit.tree, test["name"], ("a_star",))["a_star"], PAGE, factor)
+            errors = in_brackets(errors_of_test(material.fit.tree, test["name"], ("a_star",))["a_star"], factor)
             answers.append(
                 f"Peak test {test['name']} (Sc = {sc}): the stable amplitude is {with_unit(median, unit)}, 90 % "
                 f"interval {with_unit(interval, unit)}{errors}."
@@ -114,7 +114,7 @@ def _answers(material: Material) -> list[str]:
     for rig in material.fit.summary["rigs"] if not answers else ():
         per, sign = shown_in(DAMPING)
         median, interval = (with_unit(text, sign) for text in estimate(rig["parameters"]["damping_ratio"], per))
-        errors = in_brackets(of_rigs.get(rig["name"]), PAGE, per)
+        errors = in_brackets(of_rigs.get(rig["name"]), per)
         answers.append(
             f"Rig {rig['name']}: the structural {damping_words()} is {median}, 90 % interval {interval}{errors}."
         )

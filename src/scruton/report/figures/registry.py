@@ -243,7 +243,7 @@ def contents(figure: "Figure | FigureWithCaption", formats: Sequence[str] = FORM
             metadata = _METADATA[kind] | (description if kind == "svg" else {})
             drawing.savefig(content, format=kind, dpi=DOTS_PER_INCH, metadata=metadata)
             files[kind] = rounded(content.getvalue()) if kind == "svg" else content.getvalue()
-    return [rasterised(files["svg"], DOTS_PER_INCH) if kind == "png" else files[kind] for kind in formats]
+    return [rasterised(files["svg"]) if kind == "png" else files[kind] for kind in formats]
 
 
 @contextmanager
