@@ -288,3 +288,8 @@ class Fit:
     flags: tuple[str, ...]
     converged: bool
     summary: dict[str, Any]
+
+    @property
+    def seed(self) -> int:
+        """The seed of the run, from which what is drawn of its results comes, too."""
+        return int(self.summary["provenance"]["seed"])

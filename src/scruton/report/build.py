@@ -272,7 +272,7 @@ def _sensitivity(fit: "Fit", design: "Sequence[Prediction]") -> "tuple[Predictio
     if not fit.summary["tests"]:
         return ()
     points = points_of(fit.tree, [prediction.scruton_number for prediction in design])
-    return prediction_sensitivity(fit.tree, points, seed=int(fit.summary["provenance"]["seed"]))
+    return prediction_sensitivity(fit.tree, points, seed=fit.seed)
 
 
 def _predictions(fit: "Fit", design_sc: Design, failures: Failures) -> "tuple[list[Prediction], dict[str, Prediction]]":
@@ -282,7 +282,7 @@ def _predictions(fit: "Fit", design_sc: Design, failures: Failures) -> "tuple[li
     """
     from scruton.griffin import predict
 
-    seed, attempt = int(fit.summary["provenance"]["seed"]), partial(failures.attempt, "predictions")
+    seed, attempt = fit.seed, partial(failures.attempt, "predictions")
 
     def predicted(numbers: Sequence[float]) -> "list[Prediction]":
         return [predict(fit.tree, scruton_number=float(sc), seed=seed) for sc in numbers]

@@ -57,7 +57,7 @@ def _griffin_chart(fit: "Fit", design: "Sequence[Prediction]") -> dict[str, Any]
     asked = [prediction.scruton_number for prediction in design]
     upper = max([sc_range(tree)[1], *(1.1 * number for number in asked)])
     grid = np.linspace(0.0, upper, GRID)
-    draws = predictive_draws(tree, grid, seed=int(fit.summary["provenance"]["seed"]))
+    draws = predictive_draws(tree, grid, seed=fit.seed)
     along = band(grid, draws, unit, "predictive")
     predictive = as_shown(along)
     low, high, half_low, half_high = map(_list, (*predictive.intervals[0.90], *predictive.intervals[0.50]))
@@ -118,7 +118,7 @@ def _reach(fit: "Fit", grid: FloatArray, amplitude: FloatArray) -> list[dict[str
     """How far from the tests every point of a grid of Scruton numbers lies: x of the nearest, and tests that saw it."""
     tree = fit.tree
     coverage, names = coverage_of(tree), peak_names(tree)
-    curve = shared_curve(tree, seed=int(fit.summary["provenance"]["seed"]))
+    curve = shared_curve(tree, seed=fit.seed)
     nearest = np.array([curve.index_of_nearest(float(sc)) for sc in grid])
     seen = [coverage.tests_at(float(one)) if np.isfinite(one) and one > 0.0 else None for one in amplitude]
     return [
@@ -152,7 +152,7 @@ def _decision_chart(fit: "Fit", content: Content, mode: Content, rule: Content) 
     if not np.isfinite(middle).any():
         return None
     limit, required = factor * rule["limit"], required_of(content, mode)
-    on_section = np.median(predictive_draws(fit.tree, grid, seed=int(fit.summary["provenance"]["seed"])), axis=0)
+    on_section = np.median(predictive_draws(fit.tree, grid, seed=fit.seed), axis=0)
     places = [("without added damping", 0.0), *([(f"with {damping(required)} added", required)] if required else [])]
     points = [
         {

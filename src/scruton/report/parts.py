@@ -87,9 +87,8 @@ def whole_of(fit: "Fit", known: "Known | None" = None) -> Whole:
     from scruton.infer.fit import known_of
     from scruton.infer.sampling import Known
 
-    seed = int(fit.summary["provenance"]["seed"])
     return Whole(
-        fit.campaign, fit.card, seed, fit.summary["tests"], fit.converged, known_of(fit.campaign, known or Known())
+        fit.campaign, fit.card, fit.seed, fit.summary["tests"], fit.converged, known_of(fit.campaign, known or Known())
     )
 
 

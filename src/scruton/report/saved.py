@@ -46,7 +46,7 @@ def beside(
     if asked is None:
         sized = saved_sizing(chosen_sizing(folder, fit.summary, sizing))
     else:
-        sized = sizing_part(folder, asked, int(fit.summary["provenance"]["seed"]), fit)
+        sized = sizing_part(folder, asked, fit.seed, fit)
         design = design_sc or scruton_numbers_of(fit.tree, asked.bridge)
     figures = kept(reports_beside(folder, out), drawn_from(fit_sha256))
     return {

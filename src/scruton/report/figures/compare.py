@@ -27,8 +27,8 @@ def compare_plot(first: Fit, second: Fit) -> FigureWithCaption:
     ceiling, (times, scale) = 0.0, griffin_axes.factors(unit)
     tests = [griffin_axes.test_points(fit) for fit in fits]
     for i, (name, fit, places) in enumerate(zip("AB", fits, tests, strict=True)):
-        look, seed = style.line_style(i), int(fit.summary["provenance"]["seed"])
-        found = griffin_axes.as_shown(band(grid, predictive_draws(fit.tree, grid, seed=seed), unit, "predictive"))
+        look = style.line_style(i)
+        found = griffin_axes.as_shown(band(grid, predictive_draws(fit.tree, grid, seed=fit.seed), unit, "predictive"))
         axes.fill_between(
             found.scruton_number, *style.bounded(found.intervals[0.90]), color=look.colour, alpha=0.2, lw=0, zorder=2
         )

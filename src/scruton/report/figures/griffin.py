@@ -56,7 +56,7 @@ def reciprocal_plot(fit: Fit) -> FigureWithCaption:
 def _plot(fit: Fit, *, reciprocal: bool) -> FigureWithCaption:
     tree, tests, unit, limits = fit.tree, peak_names(fit.tree), unit_of(fit.tree), griffin_axes.sc_range(fit.tree)
     grid = np.linspace(*limits, GRID)
-    predictive = band(grid, predictive_draws(tree, grid, seed=_seed(fit)), unit, "predictive")
+    predictive = band(grid, predictive_draws(tree, grid, seed=fit.seed), unit, "predictive")
     alone = [griffin_band(tree, grid, name) for name in tests]
     if reciprocal:
         predictive, alone = predictive.reciprocal(), [curve.reciprocal() for curve in alone]
@@ -74,7 +74,7 @@ def _plot(fit: Fit, *, reciprocal: bool) -> FigureWithCaption:
     style.below(drawing, [axes])
     what = "Reciprocal stable amplitude" if reciprocal else STABLE
     figures = "a straight line under the paper's law (n = -1)" if reciprocal else "the Griffin plot"
-    discrepancy = float(np.median(shared_curve(tree, seed=_seed(fit)).discrepancy))
+    discrepancy = float(np.median(shared_curve(tree, seed=fit.seed).discrepancy))
     return FigureWithCaption(
         drawing,
         caption=f"{what} against the Scruton number, {figures}. Coloured: what each peak test's records alone predict "
@@ -117,7 +117,7 @@ def griffin_by_test(fit: Fit) -> Iterable[FigureWithCaption]:
     for page in style.pages(peak_names(tree), PANELS_A_PAGE):
         drawing, panels = style.panels(len(page), height_mm=58.0, sharey=True)
         for axes, name in zip(panels, page, strict=True):
-            predictive = band(grid, single_draws(tree, grid, name, seed=_seed(fit)), unit, "predictive")
+            predictive = band(grid, single_draws(tree, grid, name, seed=fit.seed), unit, "predictive")
             griffin_axes.shade(axes, predictive)
             griffin_axes.draw_bands(axes, fit, [griffin_band(tree, grid, name)], "median, 50 and 90 %")
             griffin_axes.deterministic(axes, fit, [name])
@@ -193,10 +193,6 @@ def _ceiling(fit: Fit, highest: float, *, reciprocal: bool = False) -> float:
 def _highest(shown: GriffinBand) -> float:
     """Largest median where Sc is not negative."""
     return float(shown.median[(shown.scruton_number >= 0.0) & np.isfinite(shown.median)].max(initial=0.0))
-
-
-def _seed(fit: Fit) -> int:
-    return int(fit.summary["provenance"]["seed"])
 
 
 def _alt(fit: Fit, tests: Sequence[str], what: str) -> str:
@@ -322,8 +318,8 @@ def _smooth(panels: "Sequence[Axes]", fit: Fit, styles: Mapping[str, style.LineS
     scale = shown_in(unit_of(fit.tree))[0]
     rigs, numbers = (group[key].to_numpy() for key in ("point_rig", "point_scruton_number"))
     scruton_numbers = {str(name): float(np.median(numbers[rigs == name])) for name in group["rig"].to_numpy()}
-    bands = {rig: lock_in_band(fit.tree, sc, rig=rig, seed=_seed(fit)) for rig, sc in scruton_numbers.items()}
-    new = lock_in_band(fit.tree, _untested(list(scruton_numbers.values())), seed=_seed(fit))
+    bands = {rig: lock_in_band(fit.tree, sc, rig=rig, seed=fit.seed) for rig, sc in scruton_numbers.items()}
+    new = lock_in_band(fit.tree, _untested(list(scruton_numbers.values())), seed=fit.seed)
 
     def largest(values: FloatArray, shown: LockInBand) -> float:
         tested = (shown.velocity >= group.attrs["tested_low"]) & (shown.velocity <= group.attrs["tested_high"])
