@@ -176,8 +176,6 @@ def diagnose(
     InputError
         If the campaign cannot be read or holds no record.
     """
-    from dataclasses import fields
-
     from scruton.gap.diagnose import examine
     from scruton.gap.results import SavedDiagnosis
 
@@ -186,7 +184,7 @@ def diagnose(
         given_campaign(campaign, tests), given_card(card),
         thorough=thorough, design_sc=list(several(scruton_numbers)), progress=_Told(),
     )  # fmt: skip
-    return SavedDiagnosis(**{field.name: content[field.name] for field in fields(SavedDiagnosis)})
+    return SavedDiagnosis.of(content)
 
 
 def load_bridge(path: Path | str, motion: Motion | str = Motion.HEAVING) -> "Bridge":

@@ -85,7 +85,7 @@ def assess(record: Record, cycles: Cycles, *, stable_amplitude: float | None = N
         As the laboratory states it (A/D or rad); otherwise the fitted exponential tells it.
     """
     steps = sampling(record.time)
-    smooth = np.convolve(cycles.amplitude, np.ones(5) / 5.0, mode="valid")
+    smooth = cycles.smoothed()
     transient = record.kind in (Kind.GROWTH, Kind.DECAY)
     relaxed = relaxation(cycles) if record.kind is not Kind.STEADY else None
     swung = swing(cycles) if transient else None

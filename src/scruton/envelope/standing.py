@@ -51,7 +51,7 @@ def swing(cycles: Cycles, *, anyway: bool = False) -> Swing | None:
     in the end, and returns, has a second state behind it, an air that remembers: no such xi(A) describes it.
     It stands if it does so for longer than it was away: where a swing turns round it rests, too.
     """
-    whole = np.convolve(cycles.amplitude, np.ones(5) / 5.0, mode="valid")
+    whole = cycles.smoothed()
     quarter, half = 3 * whole.size // 4, whole.size // 2
     if whole.size - quarter < FEWEST_STANDING:
         return None
@@ -81,7 +81,7 @@ def beats(cycles: Cycles) -> tuple[float, float] | None:
 
     There is no one stable amplitude then: two states behind the motion pass energy to each other, or the wind changes.
     """
-    late = np.convolve(cycles.amplitude, np.ones(5) / 5.0, mode="valid")
+    late = cycles.smoothed()
     late = late[late.size // 2 :]
     if late.size < FEWEST_STANDING:
         return None

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from scruton.arrays import FloatArray
 from scruton.shown import fields_in_brief, shown
 
@@ -40,6 +42,10 @@ class Cycles:
     frequency_error: FloatArray
     reference_frequency: float
     noise_sd: float
+
+    def smoothed(self) -> FloatArray:
+        """Amplitude, as means of five cycles in a row: four fewer than there are cycles."""
+        return np.convolve(self.amplitude, np.ones(5) / 5.0, mode="valid")
 
     def part(self, keep: slice) -> "Cycles":
         """These cycles alone."""

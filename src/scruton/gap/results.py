@@ -70,6 +70,11 @@ class SavedDiagnosis:
     in_its_place: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     flags: Sequence[str] = ()
 
+    @classmethod
+    def of(cls, content: Mapping[str, Any]) -> "SavedDiagnosis":
+        """Take from the content of a gap.json what it has of these."""
+        return cls(**{one.name: content[one.name] for one in fields(cls) if one.name in content})
+
     @property
     def found(self) -> tuple[str, ...]:
         """Every effect that was found, strongest first; none where the verdict is "none"."""
@@ -99,4 +104,4 @@ def load_diagnosis(folder: Path | str) -> SavedDiagnosis:
     every = [one.name for one in fields(SavedDiagnosis)]
     later = ("probability_also", "in_its_place", "flags")  # an earlier version wrote none
     content = read_document(path, wanted, [name for name in every if name not in later], version=FORMAT)
-    return SavedDiagnosis(**{name: content[name] for name in every if name in content})
+    return SavedDiagnosis.of(content)

@@ -27,7 +27,7 @@ from scruton.report.figures.griffin_axes import as_shown, factors, front_ends, s
 from scruton.report.needs import Content, governing, required_of, worst
 from scruton.report.summaries import law_of_tests
 from scruton.report.thresholds import MOST_BANDS
-from scruton.report.wording import limit_text, number, unit_text
+from scruton.report.wording import limit_text, listed, number, unit_text
 
 if TYPE_CHECKING:
     from scruton.griffin import Prediction
@@ -60,7 +60,7 @@ def _griffin_chart(fit: "Fit", design: "Sequence[Prediction]") -> dict[str, Any]
     draws = predictive_draws(tree, grid, seed=fit.seed)
     along = band(grid, draws, unit, "predictive")
     predictive = as_shown(along)
-    low, high, half_low, half_high = map(_list, (*predictive.intervals[0.90], *predictive.intervals[0.50]))
+    low, high, half_low, half_high = map(listed, (*predictive.intervals[0.90], *predictive.intervals[0.50]))
     points: list[dict[str, Any]] = [
         {
             "label": point.name, "x": _round(times * point.scruton_number),
@@ -71,14 +71,14 @@ def _griffin_chart(fit: "Fit", design: "Sequence[Prediction]") -> dict[str, Any]
         for point in test_points(fit)
     ]  # fmt: skip
     lines: list[dict[str, Any]] = [
-        {"label": f"from {name} alone", "x": _list(times * grid),
-         "y": _list(as_shown(griffin_band(tree, grid, name)).median), "tone": "own"}
+        {"label": f"from {name} alone", "x": listed(times * grid),
+         "y": listed(as_shown(griffin_band(tree, grid, name)).median), "tone": "own"}
         for name in tests[:MOST_BANDS]
     ]  # fmt: skip
     for _, record, front in islice(front_ends(fit, tests), _CURVES):
         sc, amplitude = thinned_curve(front, _POINTS)
         good = (amplitude > 0.0) & (sc >= 0.0)
-        line = {"x": _list(times * sc[good]), "y": _list(scale * amplitude[good]), "tone": "deterministic"}
+        line = {"x": listed(times * sc[good]), "y": listed(scale * amplitude[good]), "tone": "deterministic"}
         lines.append({"label": f"Eqs. (2)-(8), {record.name}", **line})
     largest = max(max(point["high"], point["y"]) for point in points)
     median = predictive.median[np.isfinite(predictive.median)]
@@ -100,7 +100,7 @@ def _griffin_chart(fit: "Fit", design: "Sequence[Prediction]") -> dict[str, Any]
             "step": _step(times * upper), "slider": "Design Scruton number", "symbol": "Sc", "beyond": _BEYOND,
         },
         "y": {"label": f"Stable amplitude [{shown}]", "max": _round(top)},
-        "grid": _list(times * grid),
+        "grid": listed(times * grid),
         "areas": [
             {"label": "predictive, 90 %", "low": low, "high": high, "tone": "outer"},
             {"label": "predictive, 50 %", "low": half_low, "high": half_high, "tone": "inner"},
@@ -108,7 +108,7 @@ def _griffin_chart(fit: "Fit", design: "Sequence[Prediction]") -> dict[str, Any]
         "lines": lines,
         "points": points,
         "read": {
-            "what": "stable amplitude", "unit": shown, "median": _list(predictive.median), "low": low, "high": high,
+            "what": "stable amplitude", "unit": shown, "median": listed(predictive.median), "low": low, "high": high,
             "interval": "90 % interval", "scale": model, "also": _reach(fit, grid, along.median),
         },
     }  # fmt: skip
@@ -122,7 +122,7 @@ def _reach(fit: "Fit", grid: FloatArray, amplitude: FloatArray) -> list[dict[str
     nearest = np.array([curve.index_of_nearest(float(sc)) for sc in grid])
     seen = [coverage.tests_at(float(one)) if np.isfinite(one) and one > 0.0 else None for one in amplitude]
     return [
-        {"symbol": "extrapolation index x", "values": _list(nearest), "digits": 2},
+        {"symbol": "extrapolation index x", "values": listed(nearest), "digits": 2},
         {"symbol": "peak tests whose transients saw this amplitude", "values": seen, "of": len(names)},
     ]
 
@@ -179,17 +179,17 @@ def _decision_chart(fit: "Fit", content: Content, mode: Content, rule: Content) 
             "beyond": "The sizing did not go there: its own damping is the least, what can be added the most.",
         },
         "y": {"label": f"Stable amplitude [{shown}]", "max": _round(top)},
-        "grid": _list(times * grid),
-        "areas": [{"label": "bridge, 90 %", "low": _list(low), "high": _list(high), "tone": "outer"}],
+        "grid": listed(times * grid),
+        "areas": [{"label": "bridge, 90 %", "low": listed(low), "high": listed(high), "tone": "outer"}],
         "lines": [],
         "limits": [{"label": f"limit, {limit_text(rule)}: {with_unit(number(limit, 3), unit)}", "y": _round(limit)}],
         "points": points,
         "read": {
-            "what": f"amplitude of mode {mode['name']}", "unit": shown, "median": _list(middle), "low": _list(low),
-            "high": _list(high), "interval": "90 % interval",
+            "what": f"amplitude of mode {mode['name']}", "unit": shown, "median": listed(middle), "low": listed(low),
+            "high": listed(high), "interval": "90 % interval",
             "limit": _round(limit),
             "also": [
-                {"symbol": f"added {damping_words()}", "values": _list(added), "unit": sign},
+                {"symbol": f"added {damping_words()}", "values": listed(added), "unit": sign},
                 *_reach(fit, grid, on_section),
             ],
         },
@@ -263,10 +263,6 @@ def _step(span: float) -> float:
 
 def _round(value: float) -> float:
     return float(f"{value:.6g}")
-
-
-def _list(values: FloatArray) -> list[float | None]:
-    return [_round(float(value)) if np.isfinite(value) else None for value in values]
 
 
 def plain(data: Mapping[str, Any]) -> dict[str, Any]:

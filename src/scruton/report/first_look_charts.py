@@ -1,6 +1,7 @@
 """What look.js draws on the first page: panels of lines, dots and areas, as JSON; no drawing is made before."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,19 +13,16 @@ from scruton.envelope import Cycles
 from scruton.report.conventions import DAMPING, SCRUTON, damping, damping_symbol, damping_words, shown_in
 from scruton.report.document import Picture
 from scruton.report.figures.style import extremes
-from scruton.report.wording import PAGE, share
+from scruton.report.wording import PAGE, listed, share
 
 _BINS = 500  # stretches of a response: as many as a page has columns to tell apart
 _APART = 150  # cycles that a page can show one by one
 _SAMPLES = 4000  # of them, at most
 _CYCLES = 500  # amplitudes drawn
-_DIGITS = 5
 Series = Mapping[str, Any]
 
 
-def _numbers(values: FloatArray) -> list[float | None]:
-    """Numbers of a JSON, no longer than a drawing can show."""
-    return [float(f"{value:.{_DIGITS}g}") if np.isfinite(value) else None for value in values]
+_numbers = partial(listed, digits=5)  # no longer than a drawing can show
 
 
 def _line(x: FloatArray, y: FloatArray, label: str, mark: str = "line", tone: int = 0) -> Series:

@@ -1,7 +1,7 @@
 """Names, numbers and units as a reader of the report, or of the terminal, meets them."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from scruton.report.thresholds import RISK_DRAWS, SMALLEST_WRITTEN
@@ -96,6 +96,11 @@ def rounded(values: Sequence[float]) -> list[str] | None:
     apart = math.ceil(-math.log10(spread))
     decimals = max(0, min(math.ceil(-math.log10(spread / 30.0)), max(3 - size, apart)))
     return [_with_decimals(value, decimals) if math.isfinite(value) else "∞" for value in values]
+
+
+def listed(values: Iterable[float], digits: int = 6) -> list[float | None]:
+    """Numbers of a chart as its JSON has them; None for what is none."""
+    return [float(f"{value:.{digits}g}") if math.isfinite(value) else None for value in values]
 
 
 def _with_decimals(value: float, decimals: int) -> str:
