@@ -17,7 +17,6 @@ from scruton.report.wording import TERMINAL
 from scruton.terminal import DONE, NOT_TRUSTED, line_width
 
 FOLDER, CONTENT, TEXT = "criticism", "criticism.json", "criticism.txt"
-LONGEST = 80  # letters of a line, where no terminal says how many it has
 FIGURES, TABLES = "figures", "tables"
 
 
@@ -53,8 +52,9 @@ def run(arguments: Namespace) -> Outcome:
         write_text(work.new / TEXT, text + "\n")
         work.write(CONTENT, {**criticism.to_json(), "fit_sha256": fitted})
         work.published([work.new / CONTENT, work.new / TEXT, *written])
-    said = f"{verdict(criticism)} {summary['title']}\n{_gist(criticism)}"  # what is cut off is the title's
-    said = "\n".join(shorten(line, line_width() or LONGEST, placeholder=" ...") for line in said.split("\n"))
+    said = f"{verdict(criticism)} ({summary['title']})\n{_gist(criticism)}"  # what is cut off is the title's
+    if (width := line_width()) is not None:
+        said = "\n".join(shorten(line, width, placeholder=" ...") for line in said.split("\n"))
     return Outcome(
         said, [work.folder / TEXT], code=DONE if criticism.ok else NOT_TRUSTED,
         content=read_json(work.folder / CONTENT),
