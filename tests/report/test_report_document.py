@@ -22,6 +22,7 @@ from scruton.griffin import predict
 from scruton.infer.joint import joint_draws
 from scruton.report import equations
 from scruton.report.chapters import Material, compose
+from scruton.report.chapters.decision import decision_sentence
 from scruton.report.chapters.gap import gap_chapter
 from scruton.report.chapters.required import required_tables
 from scruton.report.chapters.sizing import sizing_chapter, sizing_summary
@@ -229,11 +230,45 @@ def test_a_risk_has_the_digits_that_its_draws_give(three) -> None:
 
 
 @pytest.mark.parametrize(
-    ("required", "said"), [(0.0, "Keep the bridge as it is"), (None, "No added damping that can be built")]
+    ("required", "said"),
+    [
+        (0.0, "Keep the bridge as it is"),
+        (None, "needs an added damping ratio of more than 5.00 %, the most that is looked at"),
+    ],
 )
 def test_the_first_page_says_what_damping_does_not_do(three, required: float | None, said: str) -> None:
     document = compose(material(three, sizing=sizing(required)))
     assert said in text_of(document.chapters[0].blocks)
+
+
+def test_the_first_page_names_the_cap_that_binds_where_more_damping_is_needed_than_is_looked_at() -> None:
+    content = sizing(None)
+    (mode,) = content["modes"]
+    mode["damper"]["mass"] = 2500.0
+    assert "Enough for mode V1: one tuned mass damper of 2.50 t at 0.300 Hz." in decision_sentence(content)
+    damper = mode["damper"] | {
+        "achievable": False, "probability": 0.061, "mass_ratio": 0.05,
+        "asked": {"risk": 0.05, "largest_mass_ratio": 0.05, "largest_stroke": 0.5},
+        "map": {"mass_ratio": [0.05, 0.07, 0.1], "probability": [0.061, 0.015, 0.001], "stroke_high": [0.2, 0.6, 0.5]},
+    }  # fmt: skip
+    mode["damper"] = damper
+    said = decision_sentence(content)
+    for words in ("held to 5 %, which leaves a risk of 6.10 %; one of 10 % would leave 0.100 %", "or more of them"):
+        assert words in said, said
+    assert "Change the section" not in said
+    mode["damper"] = damper | {"map": damper["map"] | {"probability": [0.99, 0.98, 0.97]}}
+    assert decision_sentence(content).endswith("Change the section of mode V1, or its limit.")
+
+
+def test_of_dampers_that_do_not_keep_the_risk_it_is_not_said_that_they_do(three) -> None:
+    content = sizing()
+    damper = content["modes"][0]["damper"]
+    damper["asked"] |= dict.fromkeys(("frequency_tolerance", "damping_tolerance", "mass_tolerance"), 0.01)
+    damper["asked"] |= {"kept_detuning": 0.02, "temperature_detuning": 0.0}
+    for damper["achievable"], verb in ((True, "is"), (False, "was to be")):
+        page = text_of(compose(material(three, sizing=content)).chapters[1].blocks)
+        assert f"the risk {verb} kept where the bridge is 2 % off frequency, too" in page
+        assert ("the frequency off by just that" in page) is not damper["achievable"]
 
 
 def test_the_first_page_says_what_to_test_and_what_could_overturn_it(three) -> None:
@@ -249,7 +284,7 @@ def test_the_first_page_says_what_to_test_and_what_could_overturn_it(three) -> N
     for said in (
         "Test a rig at a Scruton number of about 35", "index of 1.4", "transients of 1 of 3 tests",
         "0.440 %", "0.310 %",
-        "n = −1 asks for 0.400 %, n = 2 asks for more than can be added", "was not looked for",
+        "n = −1 asks for 0.400 %, n = 2 asks for more than 5.00 %", "was not looked for",
     ):  # fmt: skip
         assert said in page, said
     limit |= {"reach": {}, "required_at_discrepancy": {"0.20": {"0.95": 0.009}}}
@@ -290,6 +325,12 @@ def test_a_required_damping_that_lies_far_from_the_tests_is_marked_where_it_is_f
     (table,) = required_tables(content, TERMINAL)
     (there,) = (row for row in table.rows if row[0] == "Sc there")
     assert there[1 + CONFIDENCES.index("0.95")] == "> 35.2", "with all that can be added, at the least"
+    (index,) = (row for row in table.rows if row[0] == "x there")
+    assert index[1 + CONFIDENCES.index("0.95")] == "> 1.4 !"
+    page = text_of(compose(material(three, sizing=content)).chapters[0].blocks)
+    assert "The answer lies beyond Sc 35.2, an extrapolation index of at least 1.4 " in page
+    note = for_any_note({"names": ["V1"], "required_for_any": {"risk": 0.05, "required": [None], "reach": [reach]}})
+    assert "V1 more than 5.00 % (beyond Sc 35.2, x of at least 1.4, " in note
     limit |= {"reach": {"0.95": reach | {"trusted": True}}}
     table = next(one for one in sizing_summary(content) if getattr(one, "name", "") == "required")
     assert "!" not in "".join(table.rows[0]) + table.note
@@ -300,7 +341,7 @@ def test_the_damping_for_any_mode_says_how_far_it_lies_from_the_tests() -> None:
     found = {"risk": 0.05, "required": [0.003, 0.0, None], "reach": [reach, reach | {"trusted": True}, None]}
     note = for_any_note({"names": ["V1", "V2", "V3"], "required_for_any": found})
     place = "(Sc 35.2, x 1.4, transients of 1 of 3 tests through the limit's amplitude"
-    for said in (f"V1 0.300 % {place}, far from what was tested)", f"V2 none {place})", "V3 more than can be added."):
+    for said in (f"V1 0.300 % {place}, far from what was tested)", f"V2 none {place})", "V3 more than 5.00 %."):
         assert said in note, (said, note)
 
 

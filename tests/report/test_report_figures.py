@@ -42,7 +42,7 @@ from scruton.report.figures.registry import (
     registered_name,
     rounded,
 )
-from scruton.report.figures.sizing import risk_curves
+from scruton.report.figures.sizing import damper_masses, risk_curves, variance_shares
 from scruton.report.figures.style import (
     WIDTH,
     alone,
@@ -491,3 +491,23 @@ def test_a_colour_means_one_thing_in_the_figure_of_the_risk() -> None:
     assert len({line.get_color() for line in laws}) == 1, "told apart by their dashes"
     assert len({str(line.get_linestyle()) + str(line._dash_pattern) for line in laws}) == 2
     assert all(text.get_path_effects() for text in left.texts if "%" in text.get_text()), "no line strikes a name"
+
+
+def test_shares_and_dampers_of_a_limit_out_of_reach_say_so_in_their_pictures() -> None:
+    """No axes are empty without a word, and the heaviest dampers that are allowed are not called the heaviest."""
+    content = sizing(None)
+    (mode,) = content["modes"]
+    none, some = {"source": "law", "first": 0.0, "total": 0.0}, {"source": "law", "first": 0.4, "total": 0.5}
+    mode["shares"] = {"needed": [none], "amplitude": [some]}
+    drawn = variance_shares(content, mode)
+    left, right = drawn.figure.axes
+    (told,) = (text.get_text() for text in left.texts)
+    assert told == "nearly every draw needs more than 5.00 %,\nor the same in every draw"
+    assert not right.texts
+    assert right.get_title(loc="left") == "amplitude without added damping"
+    assert "without added damping" in drawn.caption
+    chart = {key: [0.05, 0.07] for key in ("mass", "mass_ratio", "probability", "stroke", "stroke_high")}
+    mode["damper"] |= {"achievable": False, "mass": 0.05, "mass_ratio": 0.05, "map": chart}
+    mode["damper"]["asked"] |= {"largest_mass_ratio": 0.05, "largest_stroke": None, "number": 1}
+    drawn = damper_masses(content, mode)
+    assert "heaviest allowed (5 %), and not enough" in drawn.figure.axes[0].get_legend_handles_labels()[1]

@@ -133,6 +133,17 @@ def test_nothing_is_shared_where_nothing_varies():
     assert {(row.first, row.total) for row in rows} == {(0.0, 0.0)}
 
 
+def test_shares_where_a_limit_is_out_of_reach():
+    """What is needed is beyond what can be added in all draws but a few; the amplitude is what it is."""
+    model = mode_model(0.2, 0.45)
+    far, near = (shares(model, k * LIMIT) for k in (0.002, 0.2))
+    assert {(row.first, row.total) for row in far["needed"]} == {(0.0, 0.0)}
+    assert sum(row.first for row in far["amplitude"]) > 0.9
+    for row, other in zip(far["amplitude"], near["amplitude"], strict=True):
+        assert (row.source, row.first) == (other.source, pytest.approx(other.first, abs=0.02))
+    assert max(row.total for row in near["needed"]) > 0.1
+
+
 def test_one_source_alone_has_all_of_the_variance():
     assert [(row.first, row.total) for row in shares(mode_model(), LIMIT)["needed"]] == [(1.0, 1.0)]
 

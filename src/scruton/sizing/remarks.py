@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from scruton.said import damping, key, listed, said, scruton_number
+from scruton.said import damping, key, listed, said
 from scruton.sizing.bridge import Bridge
 from scruton.sizing.checks import ASKED
 from scruton.sizing.damper_request import DamperRequest, RiskOf
@@ -14,7 +14,7 @@ from scruton.sizing.governing import named
 from scruton.sizing.mode_shape import uniform
 from scruton.sizing.model import Draws, ModeModel, unit_cube
 from scruton.sizing.modes import AllModes, BothMotions
-from scruton.sizing.risk import Risk, percent
+from scruton.sizing.risk import Risk, lies, percent
 from scruton.sizing.span import EffectOnSpan, effect_on_span
 from scruton.sizing.thresholds import LARGEST_ADDED, RISK_MARGIN, STROKE_TOLERANCE
 from scruton.sizing.together import FOR_ANY, POINTS, any_mode_flag
@@ -87,9 +87,8 @@ def farther_limits(name: str, deciding: Risk, risks: Sequence[Risk]) -> Iterator
             yield said(
                 f"mode {name}: what ", named(found),
                 f", which does not govern, requires at {100.0 * float(ASKED):.0f} % (",
-                percent(added), ") lies at Sc ", scruton_number(reach.scruton_number), ", an extrapolation index of "
-                f"{reach.extrapolation_index:.2f} from the nearest test; transients of {reach.covered_by} of "
-                f"{reach.tests} tests went through its amplitude",
+                percent(added), ")", *lies(reach, added), f"; transients of {reach.covered_by} of {reach.tests} tests "
+                "went through its amplitude",
             )  # fmt: skip
 
 
@@ -140,10 +139,9 @@ def any_mode_remarks(
         for name, added, reach in zip(every.names, needed.required, needed.reach, strict=True):
             if added != 0.0 and reach is not None and not reach.trusted:
                 yield said(
-                    f"mode {name}: the damping that keeps the risk of any mode (", percent(added), ") lies at Sc ",
-                    scruton_number(reach.scruton_number), ", an extrapolation index of "
-                    f"{reach.extrapolation_index:.2f} from the nearest test; transients of {reach.covered_by} of "
-                    f"{reach.tests} tests went through the amplitude of the limit",
+                    f"mode {name}: the damping that keeps the risk of any mode (", percent(added), ")",
+                    *lies(reach, added), f"; transients of {reach.covered_by} of {reach.tests} tests went through the "
+                    "amplitude of the limit",
                 )  # fmt: skip
     elif left is not None and left.any > most + RISK_MARGIN * float(np.sqrt(most * confidence / POINTS)):
         yield said(

@@ -13,7 +13,7 @@ from scruton.shown import fields_in_brief, shown
 from scruton.sizing.checks import LAW_FREE, ByHand, Checks, Evidence, Reach, Required, required_of
 from scruton.sizing.limits import Limit
 from scruton.sizing.model import LAW, SECTION, SOURCES, Draws, ModeModel, sampling_error, unit_cube
-from scruton.sizing.thresholds import LARGEST_ADDED, LAWS_PART, LEAST_PARTED, ONE_RIG
+from scruton.sizing.thresholds import LARGEST_ADDED, LAWS_PART, LEAST_PARTED, LEAST_VARIED, ONE_RIG
 
 POINTS, SHARE_POINTS = 1 << 15, 1 << 12
 _CURVES, _INNER = 256, 1024  # of the band: curves of the section, and draws of all else for each
@@ -188,9 +188,8 @@ def remarks(name: str, asked: str, found: Risk, *, coherent: bool = True) -> lis
         sentences.append(
             said(
                 where,
-                " lies at Sc ",
-                scruton_number(reach.scruton_number),
-                f", an extrapolation index of {reach.extrapolation_index:.2f} from the nearest test; {told}. By law: ",
+                *lies(reach, added),
+                f"; {told}. By law: ",
                 by_law,
             )
         )
@@ -221,6 +220,16 @@ def remarks(name: str, asked: str, found: Risk, *, coherent: bool = True) -> lis
             )
         )
     return sentences
+
+
+def lies(reach: Reach, added: float | None) -> list[str | Value]:
+    """Where a required damping lies; more than is looked at lies beyond where that much does."""
+    at, index = ("at", "of") if added is not None else ("beyond", "of at least")
+    number = scruton_number(reach.scruton_number)
+    return [
+        f" lies {at} Sc ", number, f", an extrapolation index {index} {reach.extrapolation_index:.2f} from the nearest "
+        "test",
+    ]  # fmt: skip
 
 
 def _parted(value: float | None, other: float | None) -> bool:
@@ -265,14 +274,20 @@ def shares(model: ModeModel, limit: float, *, added: float = 0.0, seed: int = 0)
     """Sobol' indices, by quantity ("needed", "amplitude" with `added` damping), the largest total first.
 
     The section's posterior is one source: its amplitude and relaxation are correlated and cannot be told apart.
-    An amplitude beyond ten times the limit counts as ten times, damping beyond what can be added as that much.
+    An amplitude beyond ten times the limit, or its own median, counts as that, damping beyond what can be added as that
+    much.  Where nearly every draw needs more the few that do not say nothing of the others: their indices are 0.
     """
-    return {
-        "needed": sobol_shares(
-            model, lambda u: np.clip(model.draws(u).needed(limit), -LARGEST_ADDED, LARGEST_ADDED), seed
-        ),
-        "amplitude": sobol_shares(model, lambda u: np.minimum(model.draws(u).amplitude(added), 10.0 * limit), seed),
-    }
+    draws = model.draws(unit_cube(SHARE_POINTS, seed))
+    most = 10.0 * max(limit, _finite(float(np.median(draws.amplitude(added)))))
+    needed = sobol_shares(model, lambda u: np.clip(model.draws(u).needed(limit), -LARGEST_ADDED, LARGEST_ADDED), seed)
+    if np.mean(draws.needed(limit) < LARGEST_ADDED) < LEAST_VARIED:
+        needed = tuple(replace(one, first=0.0, total=0.0) for one in needed)
+    amplitude = sobol_shares(model, lambda u: np.minimum(model.draws(u).amplitude(added), most), seed)
+    return {"needed": needed, "amplitude": amplitude}
+
+
+def _finite(value: float) -> float:
+    return value if np.isfinite(value) else 0.0
 
 
 def sobol_shares(

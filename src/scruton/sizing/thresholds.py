@@ -25,6 +25,9 @@ CLOSEST_POINTS = 1e-9
 # Damping ratio. More cannot be added to a bridge: required damping beyond it is "not achievable".
 LARGEST_ADDED = 0.05
 
+# Of the draws, that need no more than can be added: of fewer no shares of the variance of what is needed are told.
+LEAST_VARIED = 0.05
+
 # Factor between the damping ratios that a law and the measured damping require, from which it is said that the law
 # decides; and the damping ratio by which they must differ at least: what no one would build differently.
 LAWS_PART, LEAST_PARTED = 1.25, 0.0002

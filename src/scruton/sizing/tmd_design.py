@@ -8,7 +8,9 @@ The amplitude comes in to `design` as a function of the added damping, draw by d
 `scruton.sizing.dampers` brings it the mode of a bridge.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +21,11 @@ from scruton.sizing.tmd_tuning import TuningDraws
 
 DETUNINGS = (-0.05, -0.02, 0.02, 0.05)
 _LIGHTEST = 1e-6  # mass ratio below which no search goes
+_HOPELESS = 0.1  # what lacks by the table at the heaviest dampers from which on they are not looked at without it
+_ATTEMPTS = 3  # at setting the table right for the heaviest dampers
+
+# Dampers of a mass ratio, sought next to others, and what they lack.
+Tune = Callable[[float, tuple[TunedMass, ...]], tuple[tuple[TunedMass, ...], float]]
 
 
 @dataclass(frozen=True)
@@ -123,17 +130,13 @@ def design(
     dampers: tuple[TunedMass, ...] = ()
     achievable, reason = True, "no damper is needed"
     if draws.probability(()) > risk:
-        if near:
-            dampers, lack = draws.tune(sum(each.mass_ratio for each in near), risk, near)
-        if not near or lack > 0.0:
-            dampers, lack = draws.tune(largest_mass_ratio, risk)
-        achievable = not lack > 0.0
+        least = _near_least(draws, near, risk, (smallest, largest_mass_ratio)) or _least(
+            draws, risk, (smallest, largest_mass_ratio)
+        )
+        achievable, dampers = least.kept, least.dampers
         if achievable:
-            dampers = _lightest(draws, dampers, lack, risk, (smallest, largest_mass_ratio))
-            stroke, largest = draws.outcome(dampers).stroke_high, draws.largest_stroke
-            by_stroke = largest is not None and stroke > 0.99 * largest
-            reason = f"the {'stroke' if by_stroke else 'risk'} decides on the mass"
-            if (total := sum(each.mass_ratio for each in dampers)) < 1.01 * smallest:
+            reason = f"the {'stroke' if _stroke_decides(draws, dampers, risk) else 'risk'} decides on the mass"
+            if (total := _mass(dampers)) < 1.01 * smallest:
                 reason = f"the smallest mass ratio, {100.0 * smallest:g} %, decides on the mass"
                 # The search for the lightest lets spare mass shorten the stroke, which nobody asked for.
                 robust, _ = draws.tune(total, risk, spare=True)
@@ -161,36 +164,119 @@ def build(damper: TunedMass, frequency: float, scale: float | None) -> BuiltDamp
     return BuiltDamper(*ratios, natural, mass, spring, dashpot)
 
 
-def _lightest(
-    draws: TuningDraws, dampers: tuple[TunedMass, ...], lack: float, risk: float, mass_ratios: tuple[float, float]
-) -> tuple[TunedMass, ...]:
+class _Found(NamedTuple):
+    """Dampers, and whether they keep risk and stroke."""
+
+    dampers: tuple[TunedMass, ...]
+    kept: bool
+
+
+def _near_least(
+    draws: TuningDraws, near: tuple[TunedMass, ...], risk: float, mass_ratios: tuple[float, float]
+) -> _Found | None:
+    """The lightest dampers from a design for nearly the same; None where there is none, or it leads to none."""
+    if not near:
+        return None
+    smallest, largest = mass_ratios
+    if draws.number == 1:
+        dampers, lack = draws.tune(_mass(near), risk, near)
+        found = _Found((), kept=False) if lack > 0.0 else _lightest(draws, dampers, lack, risk, smallest)
+        return found if found.kept else None
+    tune, _ = _set_right(draws, near, risk)
+    mass, dampers = _mass(near), near
+    for _ in range(_ATTEMPTS):
+        dampers, lack = tune(min(mass, largest), dampers)
+        if lack <= 0.0:
+            return _Found(_lighten(tune, dampers, lack, smallest), kept=True)
+        mass *= float(np.exp(lack / 0.5 + 1e-3))
+    return None
+
+
+def _least(draws: TuningDraws, risk: float, mass_ratios: tuple[float, float]) -> _Found:
+    """The lightest dampers from the heaviest that are allowed, or those where none keep risk and stroke."""
+    dampers, lack = draws.tune(mass_ratios[1], risk)
+    return _Found(dampers, kept=False) if lack > _HOPELESS else _lightest(draws, dampers, lack, risk, mass_ratios[0])
+
+
+def _lightest(draws: TuningDraws, dampers: tuple[TunedMass, ...], lack: float, risk: float, smallest: float) -> _Found:
     """Lighten dampers that keep the limits until they just do.
+
+    Tuning reads a table; the answer must hold without it.  Where it does not, as with several dampers, each delivered
+    with errors of its own, the table is set right at the dampers of every step.
+    """
+    first = None
+    if lack <= 0.0 and draws.number == 1:
+        found = _lighten(lambda mass, near: draws.tune(mass, risk, near), dampers, lack, smallest)
+        if draws.keeps(found, risk):
+            return _Found(found, kept=True)
+        first = _mass(found)
+    tune, lack = _set_right(draws, dampers, risk)
+    for _ in range(_ATTEMPTS):
+        if lack <= 0.0:
+            return _Found(_lighten(tune, dampers, lack, smallest, first), kept=True)
+        dampers, lack = tune(_mass(dampers), dampers)
+    return _Found(dampers, kept=False)
+
+
+def _set_right(draws: TuningDraws, dampers: tuple[TunedMass, ...], risk: float) -> tuple[Tune, float]:
+    """Tuning with a table that is set right at the dampers it was last asked for, at first at these; what these lack.
+
+    What it tells of what lacks holds without the table.
+    """
+    table, lack = draws.set_right(dampers, risk)
+
+    def tune(mass: float, near: tuple[TunedMass, ...]) -> tuple[tuple[TunedMass, ...], float]:
+        nonlocal table
+        tuned, _ = table.tune(mass, risk, near)
+        table, lack = draws.set_right(tuned, risk)
+        return tuned, lack
+
+    return tune, lack
+
+
+def _lighten(
+    tune: Tune,
+    dampers: tuple[TunedMass, ...],
+    lack: float,
+    smallest: float,
+    first: float | None = None,
+) -> tuple[TunedMass, ...]:
+    """The lightest dampers that lack nothing, from such ones; `first` is the mass ratio that is looked at first.
 
     What lacks falls nearly linearly with the logarithm of the mass, with a slope between a half and one: regula falsi.
     """
-    heavy, surplus, best = float(np.log(sum(d.mass_ratio for d in dampers))), lack, dampers
-    light, shortage, bottom = None, 0.0, float(np.log(mass_ratios[0]))
-    for _ in range(30):
+    heavy, surplus, best = float(np.log(_mass(dampers))), lack, dampers
+    light, shortage, bottom = None, 0.0, float(np.log(smallest))
+    for step in range(30):
         if surplus > -2e-3 or heavy <= bottom or (light is not None and heavy - light < 1e-3):
             break
-        if light is None:
+        if step == 0 and first is not None:
+            middle = min(float(np.log(first)), heavy)
+        elif light is None:
             middle = heavy + surplus / 0.6
         else:
             share = np.clip(shortage / (shortage - surplus), 0.1, 0.9)
             # A little to the heavy side: it is from there that dampers come.
             middle = light + (heavy - light) * share + 5e-4
         middle = max(float(middle), bottom)
-        lighter, lack = draws.tune(float(np.exp(middle)), risk, best)
+        lighter, lack = tune(float(np.exp(middle)), best)
         if lack <= 0.0:
             heavy, surplus, best = middle, lack, lighter
         else:
             light, shortage = middle, lack
-    # Tuning reads a table; the answer must hold without it.
-    for step in range(60):
-        if draws.keeps(best, risk):
-            return best
-        best = tuple(replace(each, mass_ratio=(1.0 + 0.002 * (step + 1)) * each.mass_ratio) for each in best)
-    raise InputError("damper", "amplitude", "an amplitude that rises with damping", "one that never does")
+    return best
+
+
+def _mass(dampers: tuple[TunedMass, ...]) -> float:
+    return sum(each.mass_ratio for each in dampers)
+
+
+def _stroke_decides(draws: TuningDraws, dampers: tuple[TunedMass, ...], risk: float) -> bool:
+    """Whether of stroke and risk the stroke is at its limit, or nearer to it."""
+    if draws.largest_stroke is None:
+        return False
+    *lacking, stroke = draws.shortages(dampers, risk)
+    return bool(stroke > np.log(0.99) or stroke > max(lacking))
 
 
 def _why_not(draws: TuningDraws, dampers: tuple[TunedMass, ...], risk: float, largest: float) -> str:
@@ -198,8 +284,12 @@ def _why_not(draws: TuningDraws, dampers: tuple[TunedMass, ...], risk: float, la
     never = float(np.mean(np.isinf(draws.needed)))
     if never > risk:
         return f"not achievable with any damper: {100.0 * never:.3g} % of the draws exceed it at critical damping"
-    outcome = draws.outcome(dampers)
-    left = [f"a risk of {outcome.probability:.2g}"] if outcome.probability > risk else []
-    if draws.largest_stroke is not None and outcome.stroke_high > draws.largest_stroke:
-        left.append(f"a stroke of {outcome.stroke_high:.2g} m")
-    return f"not achievable with a mass ratio up to {100.0 * largest:g} %: {' and '.join(left)} left at best"
+    risks = [draws.probability(dampers, error) for error in draws.errors]
+    left = ["the risk"] if max(risks) > risk else []
+    if draws.largest_stroke is not None and draws.outcome(dampers).stroke_high > draws.largest_stroke:
+        left.append("the stroke")
+    # How much is left is told beside it, of draws that neither tuned nor checked: two numbers for one were confusing.
+    what = (
+        f"neither {' nor '.join(left)} is kept" if len(left) > 1 else f"{left[0] if left else 'the risk'} is not kept"
+    )
+    return f"not achievable with a mass ratio up to {100.0 * largest:g} %: {what}"

@@ -7,6 +7,8 @@ that or the stroke is nearest to its limit; what mass there is to spare goes int
 """
 
 from collections.abc import Callable
+from copy import copy
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,6 +29,7 @@ _LOWERINGS = 3  # of the risk that a tuning aims at
 _FAR = 1e3  # what lacks at a tuning that no one would build
 _STROKE_WEIGHT = 10.0  # a stroke beyond its limit, in logarithms, weighs more than any risk that it saves
 _OUT_OF_REACH = 1e6
+_SET_RIGHT = 2.0  # most by which what is read off the table is multiplied or divided to be what it is
 
 
 class TuningDraws(DamperDraws):
@@ -88,6 +91,7 @@ class TuningDraws(DamperDraws):
         even = np.linspace(0.0, 1.0, _NODES // 2 + 1)
         together = np.concatenate(away)
         reach = together.min() + even * np.ptp(together)
+        self._true = np.ones(len(self.errors) + 1)
         self._nodes = np.unique(np.concatenate([np.quantile(together, even), reach]))
         self._width = float(np.std(away[0]))
         last = max(self._nodes.size - 2, 0)
@@ -102,7 +106,7 @@ class TuningDraws(DamperDraws):
             np.log(each).mean(axis=0) * one for each in (self.reality.mass, self.reality.damping)
         )
 
-    def _needed(self, frequency: float) -> FloatArray:
+    def _needed(self, frequency: float | FloatArray) -> FloatArray:
         """Added damping that brings the draws to the limit, at a frequency of the response, by bisection."""
         least, most = np.zeros(self.detuning.size), np.ones(self.detuning.size)
         enough = self.amplitude(least, frequency) <= self.limit
@@ -118,6 +122,24 @@ class TuningDraws(DamperDraws):
         if any(self.probability(dampers, error) > risk for error in self.errors):
             return False
         return self.largest_stroke is None or self.outcome(dampers).stroke_high <= self.largest_stroke
+
+    def set_right(self, dampers: tuple[TunedMass, ...], risk: float) -> tuple[Self, float]:
+        """These draws with a table that is right at some dampers, and what lacks there without it, as of `lack`.
+
+        The table has one frequency for all dampers, but each is delivered with errors of its own: the one that happens
+        to be the softest or the least damped swings widest.  That is a factor which changes little from dampers to
+        those next to them.
+        """
+        read, true = self._by_table(dampers, risk), self._without_table(dampers, risk)
+        other = copy(self)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            factor = true / read
+        other._true = np.where(np.isfinite(factor), np.clip(factor, 1.0 / _SET_RIGHT, _SET_RIGHT), 1.0)
+        return other, float(np.log(np.clip(true.max(), 1.0 / _OUT_OF_REACH, _OUT_OF_REACH)))
+
+    def shortages(self, dampers: tuple[TunedMass, ...], risk: float) -> FloatArray:
+        """What lacks at each of the errors, and of the stroke, as of `lack` but without the table."""
+        return np.asarray(np.log(np.clip(self._without_table(dampers, risk), 1.0 / _OUT_OF_REACH, _OUT_OF_REACH)))
 
     def tune(
         self,
@@ -226,23 +248,44 @@ class TuningDraws(DamperDraws):
 
     def _lacks(self, dampers: tuple[TunedMass, ...], risk: float | None) -> tuple[float, float]:
         """Logarithms of needed over added damping, as of `tune`, and of the stroke over its limit."""
-        table, lacking, stroke = self._table(dampers), -np.inf, 0.0
-        for below, above, part in self._places if risk is not None else self._places[:1]:
+        found = self._by_table(dampers, risk)
+        if risk is not None:
+            found = found * self._true
+        lacking, stroke = np.log(np.clip([found[:-1].max(), found[-1]], 1.0 / _OUT_OF_REACH, _OUT_OF_REACH)).tolist()
+        return lacking, stroke
+
+    def _by_table(self, dampers: tuple[TunedMass, ...], risk: float | None) -> FloatArray:
+        """Needed over added damping at each of the errors at which the risk is kept, and the stroke over its limit.
+
+        Without a risk the first is over all draws, at the stated frequency alone.
+        """
+        table, found, stroke = self._table(dampers), [], 0.0
+        for k, (below, above, part) in enumerate(self._places if risk is not None else self._places[:1]):
             rows = table[:, below] * (1.0 - part) + table[:, above] * part
             added = np.exp(rows[0] + rows[1] * self._mass + (rows[2] + rows[3] * self._damping) * self._damping)
             needed = np.maximum(self.needed + (self._slope + self._bend * rows[4]) * rows[4], 0.0)
             ratio = needed / added
-            if lacking == -np.inf and self.largest_stroke is not None:
+            if k == 0 and self.largest_stroke is not None:
                 relative = np.exp(rows[5] + rows[6] * self._damping)
                 amplitude = self.amplitude(added, np.exp(rows[4]))
                 stroke = float(np.quantile(relative * amplitude, STROKE_QUANTILE)) / self.largest_stroke
             if risk is None:
-                lacking = float(np.exp(np.mean(np.log(np.clip(ratio, 1e-2, 1e2)))))
+                found.append(float(np.exp(np.mean(np.log(np.clip(ratio, 1e-2, 1e2))))))
             else:
-                last = ratio.size - 1 - int(np.floor(risk * ratio.size + 1e-9))
-                lacking = max(lacking, float(np.partition(ratio, last)[last]))
-        lacking, stroke = (float(np.clip(x, 1.0 / _OUT_OF_REACH, _OUT_OF_REACH)) for x in (lacking, stroke))
-        return float(np.log(lacking)), float(np.log(stroke))
+                found.append(_deciding(ratio, risk))
+        return np.array([*found, stroke])
+
+    def _without_table(self, dampers: tuple[TunedMass, ...], risk: float) -> FloatArray:
+        """The same, draw by draw with what every damper turns out to be."""
+        found = []
+        for error in self.errors:
+            _, response = self.at_limit(dampers, error)
+            assert response is not None
+            with np.errstate(divide="ignore", invalid="ignore"):  # dampers that friction holds
+                ratio = self._needed(response.frequency) / response.added_damping
+            found.append(_deciding(np.where(np.isnan(ratio), 0.0, ratio), risk))
+        stroke = 0.0 if self.largest_stroke is None else self.outcome(dampers).stroke_high / self.largest_stroke
+        return np.array([*found, stroke])
 
     def _table(self, dampers: tuple[TunedMass, ...]) -> FloatArray:
         """Over the nodes: ln(added), slope in ln(mass), slope and bend in ln(damping), ln(g), ln(stroke), slope."""
@@ -266,3 +309,9 @@ class TuningDraws(DamperDraws):
             (added[3] + added[2] - 2.0 * added[0]) / (2.0 * _STEP**2), g, stroke[0],
             (stroke[3] - stroke[2]) / (2.0 * _STEP),
         ])  # fmt: skip
+
+
+def _deciding(ratio: FloatArray, risk: float) -> float:
+    """The order statistic that decides on a risk: 1 or less where no more than that part of the draws is above 1."""
+    last = ratio.size - 1 - int(np.floor(risk * ratio.size + 1e-9))
+    return float(np.partition(ratio, last)[last])

@@ -21,6 +21,7 @@ from scruton.report.document import ALARM, Abreast, Block, Callout, KeyFigures, 
 from scruton.report.needs import Content, Need, for_any, governing, needs, required_of, worst
 from scruton.report.wording import PAGE, law_text, limit_text, number, percent, share
 from scruton.sizing.checks import ASKED, LAW_FREE
+from scruton.sizing.thresholds import LARGEST_ADDED, STROKE_TOLERANCE
 
 RESTS_ON, OVERTURNS = "What it rests on", "What could overturn it"
 _SHARES_NAMED = 2  # sources of variance that the first page names
@@ -69,15 +70,14 @@ def decision_sentence(sizing: Content, failed: Sequence[str] = ()) -> str:
     beyond = [need for need in trusted if need.required is None]
     wanting = [need for need in trusted if need.required]
     kept = [need for need in trusted if need.required == 0.0]
-    sentences = []
+    sentences: list[str] = []
     if beyond:
-        sentences.append(
-            f"No added damping that can be built keeps {_and(need.name for need in beyond)} below "
-            f"{'its limit' if len(beyond) == 1 else 'their limits'} with {confidence}: change the section, or "
-            f"{'its limit' if len(beyond) == 1 else 'their limits'}."
-        )
+        sentences += _beyond(beyond, confidence)
     if wanting:
-        parts = [f"{damping(need.required)} to {need.name}{_damper_words(need)}" for need in wanting]
+        parts = [
+            f"{damping(need.required)} to {need.name}{f', such as by {_damper_words(need)}' if need.dampers else ''}"
+            for need in wanting
+        ]
         sentences.append(f"{together} a {damping_words()} of {_and(parts)}.")
     if kept:
         below = "stays below its limit" if len(kept) == 1 else "stay below their limits"
@@ -85,7 +85,7 @@ def decision_sentence(sizing: Content, failed: Sequence[str] = ()) -> str:
         if len(kept) == len(every):
             sentences.append(f"Keep the bridge as it is: {names} {below} with {confidence}.")
         else:
-            sentences.append(f"{names[0].upper()}{names[1:]} {below} as the bridge is.")
+            sentences.append(f"{_capital(names)} {below} as the bridge is.")
     if doubted := [need.name for need in every if not need.trusted]:
         sentences.append(f"Decide nothing on {_and(doubted)}: the fit did not converge.")
     far = [need for need in wanting if need.reach is not None and not need.reach["trusted"]]
@@ -104,18 +104,61 @@ def decision_sentence(sizing: Content, failed: Sequence[str] = ()) -> str:
     return " ".join(sentences)
 
 
+def _beyond(beyond: Sequence[Need], confidence: str) -> Iterator[str]:
+    """What to do about modes that need more damping than is looked at: which cap that is, and what lies behind it."""
+    one = len(beyond) == 1
+    names = _and(need.name for need in beyond)
+    yield (
+        f"{_capital(names)} need{'s' * one} an added {damping_words()} of more than {damping(LARGEST_ADDED)}, the most "
+        f"that is looked at, to stay below {'its limit' if one else 'their limits'} with {confidence}."
+    )
+    rest = []
+    for need in beyond:
+        if need.dampers:
+            yield f"Enough for {need.name}: {_damper_words(need)}."
+        elif heavier := _heavier(need):
+            yield heavier
+        else:
+            rest.append(need.name)
+    if rest:
+        yield f"Change the section of {_and(rest)}, or {'its limit' if len(rest) == 1 else 'their limits'}."
+
+
+def _heavier(need: Need) -> str:
+    """What dampers beyond the largest mass ratio that is allowed would leave, where they keep the risk; else empty."""
+    damper = need.mode["damper"] if need.mode is not None else {}
+    chart, asked = damper.get("map") or {}, damper.get("asked") or {}
+    largest, room = asked.get("largest_mass_ratio"), asked.get("largest_stroke")
+    if largest is None or not damper.get("dampers"):
+        return ""
+    strokes = chart.get("stroke_high") or []
+    for ratio, left, stroke in zip(
+        chart.get("mass_ratio") or [], chart.get("probability") or [], strokes, strict=False
+    ):
+        fits = room is None or (stroke is not None and stroke <= (1.0 + STROKE_TOLERANCE) * room)
+        if ratio > 1.001 * largest and left <= asked["risk"] and fits:
+            return (
+                f"For {need.name} the mass ratio of dampers is held to {100.0 * largest:g} %, which leaves a risk of "
+                f"{percent(damper['probability'])}; one of {percent(ratio, 2)} would leave {percent(left)}: allow "
+                "heavier dampers, or more of them."
+            )
+    return ""
+
+
+def _capital(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}"
+
+
 def _and(parts: Iterable[str]) -> str:
     *most, last = parts
     return f"{', '.join(most)} and {last}" if most else last
 
 
 def _damper_words(need: Need) -> str:
-    if not need.dampers:
-        return ""
     count, mass = len(need.dampers), sum(mass for mass, _ in need.dampers)
     kind = "one tuned mass damper" if count == 1 else f"{count} tuned mass dampers"
     total = f"{number(mass / 1e3, 3)} t" + (" in all" if count > 1 else "")
-    return f", such as by {kind} of {total} at {number(need.dampers[0][1], 3)} Hz"
+    return f"{kind} of {total} at {number(need.dampers[0][1], 3)} Hz"
 
 
 def _figures(sizing: Content) -> Iterator[tuple[str, str, str]]:
@@ -170,11 +213,15 @@ def _basis(material: Material, sizing: Content) -> Iterator[str]:
     yield f"Law of aerodynamic damping: {laws}. Laws agree to 8 % for an extrapolation index below 0.2."
     if reached := [(need, need.reach) for need in every if (need.required or need is every[0]) and need.reach]:
         several = len(every) > 1
+        more = [need.required is None for need, _ in reached]
         places = [scruton(reach["scruton_number"], digits=3) + f" ({need.name})" * several for need, reach in reached]
         indices = [number(reach["extrapolation_index"], 2) for _, reach in reached]
+        # What needs more than is looked at lies beyond where that much would take it.
+        places = [f"beyond Sc {place}" if over else f"at Sc {place}" for place, over in zip(places, more, strict=True)]
+        indices = [f"at least {one}" if over else one for one, over in zip(indices, more, strict=True)]
         covered = [f"{reach['covered_by']} of {reach['tests']}" for _, reach in reached]
         yield (
-            f"The answer lies at Sc {_and(places)}, an extrapolation index of {_and(indices)} from the nearest test; "
+            f"The answer lies {_and(places)}, an extrapolation index of {_and(indices)} from the nearest test; "
             f"transients of {_and(covered)} tests went through the limit's amplitude."
         )
     if (free := limit.get("required_by_law", {}).get(LAW_FREE)) is not None:
@@ -205,7 +252,7 @@ def _known(sizing: Content, mode: Content) -> Iterator[str]:
 
 
 def _added(value: float | None) -> str:
-    return "more than can be added" if value is None else damping(value) if value else "none"
+    return f"more than {damping(LARGEST_ADDED)}" if value is None else damping(value) if value else "none"
 
 
 def _doubts(material: Material, sizing: Content) -> Iterator[str]:

@@ -112,6 +112,6 @@ def _reach_rows(limit: Content, of: Notation) -> list[tuple[str, ...]]:
 
     return [
         row("Sc there", lambda at: scruton(at["scruton_number"], of.number, 3), "> "),
-        row("x there", lambda at: of.number(at["extrapolation_index"], 2) + ("" if at["trusted"] else " !")),
+        row("x there", lambda at: of.number(at["extrapolation_index"], 2) + ("" if at["trusted"] else " !"), "> "),
         row("tests through that amplitude", lambda at: f"{at['covered_by']} of {at['tests']}"),
     ]

@@ -53,6 +53,7 @@ from scruton.report.wording import (
 )
 from scruton.report.wording import number as written
 from scruton.sizing.checks import CONFIDENCES
+from scruton.sizing.thresholds import LARGEST_ADDED
 
 _SHARES = [share(float(p)) for p in CONFIDENCES]
 
@@ -218,7 +219,7 @@ def _damper_blocks(mode: Content, place: int) -> Iterator[Block]:
     yield Table(f"dampers_{place}", f"Tuned mass dampers, mode {name}", header, rows)
     yield Table(
         f"detuned_{place}",
-        f"Risk and stroke where the dampers are detuned, mode {name}",
+        f"Risk and stroke where the dampers are detuned{_off(damper)}, mode {name}",
         ("detuning", "P of exceeding the limit", "stroke, 95 % [m]"),
         [
             (
@@ -231,6 +232,11 @@ def _damper_blocks(mode: Content, place: int) -> Iterator[Block]:
     )
 
 
+def _off(damper: Content) -> str:
+    """What a detuning stands for, where the risk is not kept and may be less there than where nothing is said of it."""
+    return "" if damper["achievable"] else " (the frequency off by just that, where else it is uncertain)"
+
+
 def _built(damper: Content) -> str:
     """What the dampers were taken to be, and the risk of a cycle that only a start from above reaches."""
     asked, text = damper["asked"], ""
@@ -239,7 +245,8 @@ def _built(damper: Content) -> str:
         text = f" A delivered damper may be off by {', '.join(within)}"
         if asked["temperature_detuning"]:
             text += f", and {100 * asked['temperature_detuning']:g} % of frequency with temperature"
-        text += f"; the risk is kept where the bridge is {100 * asked['kept_detuning']:g} % off frequency, too."
+        kept = "is" if damper["achievable"] else "was to be"
+        text += f"; the risk {kept} kept where the bridge is {100 * asked['kept_detuning']:g} % off frequency, too."
     if "probability_worst" in damper:
         worst = counted(damper["probability_worst"])
         text += f" Counting vibrations that only a start from above leads to, the risk is {worst}."
@@ -331,7 +338,10 @@ def sizing_summary(content: Content) -> Iterator[Block]:
     ]  # fmt: skip
     header = ("mode", "Sc of means", "Sc (90 %)", f"amplitude without [{unit}]", "largest share of variance")
     known = at_most((errors for mode in every if (errors := mode["amplitude"].get("mcse"))), TERMINAL, factor)
-    notes = filter(None, (known, scruton_note(heaving=content["amplitude_unit"] == "m")))
+    none = [mode["name"] for mode in every if not any(one["total"] for one in mode["shares"]["needed"])]
+    more = f"needs more than {damping(LARGEST_ADDED)}, or every draw the same"
+    unshared = f"-: nearly every draw of {', '.join(none)} {more}." if none else ""
+    notes = filter(None, (known, unshared, scruton_note(heaving=content["amplitude_unit"] == "m")))
     yield Table("modes", "", header, without, " ".join(notes))
     yield from map(_damper_summary, every)
     for mode in every:
@@ -375,7 +385,7 @@ def _damper_summary(mode: Content) -> Block:
             damper, TERMINAL, lambda ratio: f"{100 * ratio:.3f}", lambda ratio: f"{shown_in(DAMPING)[0] * ratio:.3g}"
         ),
         f"risk left {damper['probability']:.3f}{worst}; stroke {TERMINAL.number(damper['stroke']['median'], 3)} m "
-        f"(95 %: {TERMINAL.number(damper['stroke']['high'], 3)} m); risk where detuned: "
+        f"(95 %: {TERMINAL.number(damper['stroke']['high'], 3)} m); risk where detuned{_off(damper)}: "
         + ", ".join(f"{each['detuning']:+.0%} {each['probability']:.3f}" for each in damper["detuned"]),
     )
 

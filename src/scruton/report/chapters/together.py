@@ -7,6 +7,7 @@ from scruton.report.conventions import DAMPING, amplitude, damping, known_to, sc
 from scruton.report.document import Block, Heading, Table, paragraph
 from scruton.report.wording import Notation, counted, number, percent, share, to_error
 from scruton.sizing.checks import ASKED
+from scruton.sizing.thresholds import LARGEST_ADDED
 
 Content = Mapping[str, Any]
 
@@ -71,24 +72,30 @@ def for_any_note(every: Content) -> str:
         return ""
     errors = found.get("required_mcse") or [None] * len(found["required"])
     added = ", ".join(
-        f"{name} {'more than can be added' if need is None else _need(need, error) if need else 'none'}{_reach(at)}"
+        f"{name} {_need(need, error)}{_reach(at, beyond=need is None)}"
         for name, need, error, at in zip(every["names"], found["required"], errors, found["reach"], strict=True)
     )
     return f"Required for a risk of {percent(found['risk'])} of any mode: {added}."
 
 
-def _need(need: float, error: float | None) -> str:
-    """Damping with its Monte Carlo error."""
+def _need(need: float | None, error: float | None) -> str:
+    """Damping with its Monte Carlo error; None is more than is looked at."""
+    if not need:
+        return f"more than {damping(LARGEST_ADDED)}" if need is None else "none"
     return known_to(damping(need), need, error, shown_in(DAMPING))
 
 
-def _reach(at: Content | None) -> str:
-    """How far a required damping lies from what was tested, in brackets; empty where that is not known."""
+def _reach(at: Content | None, *, beyond: bool) -> str:
+    """How far a required damping lies from what was tested, in brackets; empty where that is not known.
+
+    `beyond` it, where it is more than is looked at.
+    """
     if at is None:
         return ""
     place, far = scruton(at["scruton_number"], digits=3), "" if at["trusted"] else ", far from what was tested"
     index, covered = number(at["extrapolation_index"], 2), f"{at['covered_by']} of {at['tests']}"
-    return f" (Sc {place}, x {index}, transients of {covered} tests through the limit's amplitude{far})"
+    place, index = (f"beyond Sc {place}", f"of at least {index}") if beyond else (f"Sc {place}", index)
+    return f" ({place}, x {index}, transients of {covered} tests through the limit's amplitude{far})"
 
 
 def existing_blocks(content: Content, mode: str, write: Write) -> Iterator[Block]:

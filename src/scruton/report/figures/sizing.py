@@ -18,7 +18,8 @@ from scruton.report.conventions import (
 from scruton.report.figures import FigureWithCaption, figure, style
 from scruton.report.needs import Content, governing, required_of, worst
 from scruton.report.wording import law_text, limit_text, unit_text
-from scruton.sizing.checks import CONFIDENCES
+from scruton.sizing.checks import ASKED, CONFIDENCES
+from scruton.sizing.thresholds import LARGEST_ADDED
 
 if TYPE_CHECKING:
     from matplotlib.axis import Axis
@@ -149,22 +150,32 @@ def _added(required: float | None, error: float | None = None) -> str:
 def variance_shares(content: Content, mode: Content) -> FigureWithCaption:
     """Shares of variance: first-order and total Sobol' indices."""
     rows = mode["shares"]["needed"]
+    if not any(row["total"] for row in rows):
+        rows = mode["shares"]["amplitude"]
+    required = governing(mode)["required"][ASKED]
     names = [row["source"] for row in rows]
     drawing, axes = style.panels(2, height_mm=14.0 + 8.0 * len(rows), sharey=True)
-    titles = {"needed": "damping that is needed", "amplitude": "amplitude at the required damping"}
+    given = "at the required damping" if required else "without added damping"
+    titles = {"needed": "damping that is needed", "amplitude": f"amplitude {given}"}
     for panel, (key, title) in zip(axes, titles.items(), strict=True):
         shares = {share["source"]: share for share in mode["shares"][key]}
         total, first = ([100 * shares[name][of] for name in names] for of in ("total", "first"))
         panel.barh(range(len(rows)), total, color=style.LIGHT, height=0.7, label="with interactions")
         panel.barh(range(len(rows)), np.maximum(first, 0.0), color=style.BLUE, height=0.4, label="alone")
         panel.set(xlabel="Share of variance [%]", title=title, xlim=(0.0, 105.0))
+        if not any(total):
+            none = "the same in every draw"
+            if key == "needed":
+                none = f"nearly every draw needs more than {damping(LARGEST_ADDED)},\nor {none}"
+            panel.text(52.5, 0.5 * (len(rows) - 1), none, ha="center", va="center", fontsize=7)
     axes[0].set_yticks(range(len(rows)), names)
     axes[0].invert_yaxis()
     axes[1].legend(loc="lower right")
     return FigureWithCaption(
         drawing,
         caption=f"What the uncertainty of mode {mode['name']} comes from: Sobol' shares of the variance of the added "
-        "damping that is needed, and of the amplitude at the damping required with 95 % confidence.",
+        "damping that is needed, and of the amplitude "
+        + ("at the damping required with 95 % confidence." if required else "without added damping."),
         alt="; ".join(f"{row['source']} {row['first']:.0%}" for row in rows),
     )  # fmt: skip
 
@@ -181,7 +192,7 @@ def damper_masses(content: Content, mode: Content) -> FigureWithCaption:
     left.plot(x, 100.0 * _array(chart["probability"]), color=style.BLUE, marker="o", ms=3)
     left.axhline(100.0 * damper["asked"]["risk"], **limit, label="risk asked for")
     mass = damper["mass"] / 1e3 if stated else 100.0 * damper["mass_ratio"]
-    mass_label = "damper of least mass" if damper["achievable"] else "heaviest, and not enough"
+    mass_label = "damper of least mass" if damper["achievable"] else f"{_heaviest(damper)}not enough"
     left.plot(mass, 100.0 * damper["probability"], "D", color=style.BLACK, label=mass_label)
     stroke = 1e3 * _array(chart["stroke"])
     right.fill_between(x, stroke, 1e3 * _array(chart["stroke_high"]), **_BAND, label="median to 95 %")
@@ -201,9 +212,15 @@ def damper_masses(content: Content, mode: Content) -> FigureWithCaption:
         caption=f"Tuned mass damper of mode {mode['name']}: risk and stroke against its mass, tuned at every mass for "
         "the risk asked for, or the least where the mass does not keep that, under the uncertainty of the frequency"
         + (", within the largest stroke where the mass allows it." if damper["asked"]["largest_stroke"] else "."),
-        alt=f"Risk falls with mass; the {'lightest that is good enough' if damper['achievable'] else 'heaviest'} "
-        f"leaves {damper['probability']:.3f}.",
+        alt=f"Risk falls with mass; {'the lightest that is good enough' if damper['achievable'] else mass_label}: "
+        f"{damper['probability']:.3f} is left.",
     )  # fmt: skip
+
+
+def _heaviest(damper: Content) -> str:
+    """Which dampers do not keep the risk: mostly the heaviest that are allowed, but not the heaviest of the chart."""
+    largest = damper["asked"]["largest_mass_ratio"]
+    return f"heaviest allowed ({100.0 * largest:g} %), and " if damper["mass_ratio"] > 0.999 * largest else ""
 
 
 def _with_costs(*keys: str) -> Callable[[Content], dict[str, Content]]:
