@@ -87,8 +87,8 @@ def farther_limits(name: str, deciding: Risk, risks: Sequence[Risk]) -> Iterator
             yield said(
                 f"mode {name}: what ", named(found),
                 f", which does not govern, requires at {100.0 * float(ASKED):.0f} % (",
-                percent(added), ")", *lies(reach, added), f"; transients of {reach.covered_by} of {reach.tests} tests "
-                "went through its amplitude",
+                percent(added), *lies(")", reach, added, f"; transients of {reach.covered_by} of {reach.tests} tests "
+                                       "went through its amplitude"),
             )  # fmt: skip
 
 
@@ -139,9 +139,9 @@ def any_mode_remarks(
         for name, added, reach in zip(every.names, needed.required, needed.reach, strict=True):
             if added != 0.0 and reach is not None and not reach.trusted:
                 yield said(
-                    f"mode {name}: the damping that keeps the risk of any mode (", percent(added), ")",
-                    *lies(reach, added), f"; transients of {reach.covered_by} of {reach.tests} tests went through the "
-                    "amplitude of the limit",
+                    f"mode {name}: the damping that keeps the risk of any mode (", percent(added),
+                    *lies(")", reach, added, f"; transients of {reach.covered_by} of {reach.tests} tests went through "
+                                             "the amplitude of the limit"),
                 )  # fmt: skip
     elif left is not None and left.any > most + RISK_MARGIN * float(np.sqrt(most * confidence / POINTS)):
         yield said(

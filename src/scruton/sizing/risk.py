@@ -188,8 +188,7 @@ def remarks(name: str, asked: str, found: Risk, *, coherent: bool = True) -> lis
         sentences.append(
             said(
                 where,
-                *lies(reach, added),
-                f"; {told}. By law: ",
+                *lies("", reach, added, f"; {told}. By law: "),
                 by_law,
             )
         )
@@ -222,14 +221,11 @@ def remarks(name: str, asked: str, found: Risk, *, coherent: bool = True) -> lis
     return sentences
 
 
-def lies(reach: Reach, added: float | None) -> list[str | Value]:
-    """Where a required damping lies; more than is looked at lies beyond where that much does."""
+def lies(before: str, reach: Reach, added: float | None, after: str) -> list[str | Value]:
+    """Where a required damping lies, between other words; more than is looked at lies beyond where that much does."""
     at, index = ("at", "of") if added is not None else ("beyond", "of at least")
-    number = scruton_number(reach.scruton_number)
-    return [
-        f" lies {at} Sc ", number, f", an extrapolation index {index} {reach.extrapolation_index:.2f} from the nearest "
-        "test",
-    ]  # fmt: skip
+    nearest = f", an extrapolation index {index} {reach.extrapolation_index:.2f} from the nearest test"
+    return [f"{before} lies {at} Sc ", scruton_number(reach.scruton_number), nearest + after]
 
 
 def _parted(value: float | None, other: float | None) -> bool:
