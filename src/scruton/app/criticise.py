@@ -52,7 +52,7 @@ def run(arguments: Namespace) -> Outcome:
         write_text(work.new / TEXT, text + "\n")
         work.write(CONTENT, {**criticism.to_json(), "fit_sha256": fitted})
         work.published([work.new / CONTENT, work.new / TEXT, *written])
-    said = f"{verdict(criticism)} ({summary['title']})\n{_gist(criticism)}"  # what is cut off is the title's
+    said = f"{verdict(criticism)}\n{summary['title']}\n{_gist(criticism)}"
     if (width := line_width()) is not None:
         said = "\n".join(shorten(line, width, placeholder=" ...") for line in said.split("\n"))
     return Outcome(
