@@ -67,7 +67,7 @@ class Difference:
         return MOVED if abs(b.median - a.median) > BEYOND_ERROR * float(np.hypot(a.error, b.error)) else ALIKE
 
     @property
-    def width(self) -> float:
+    def width_ratio(self) -> float:
         """Width of the 90 % interval of the second over that of the first; NaN where there are not both."""
         a, b = self.first, self.second
         # the ends of a required damping are those of the confidences that were asked for, no interval of its own
@@ -78,7 +78,7 @@ class Difference:
     @property
     def spread(self) -> str:
         """Either "wider" or "narrower" where the second interval is so by half and beyond Monte Carlo error; or ""."""
-        a, b, ratio = self.first, self.second, self.width
+        a, b, ratio = self.first, self.second, self.width_ratio
         if a is None or b is None or math.isnan(ratio):
             return ""
         error = _ERROR_OF_WIDTH * math.hypot(a.error / (a.high - a.low), b.error / (b.high - b.low))

@@ -100,7 +100,7 @@ class Comparison:
     def to_json(self) -> dict[str, Any]:
         """Everything but the fits as it may stand in a JSON file."""
         rows = [
-            {**asdict(one), "verdict": one.verdict or None, "change": one.change, "width": one.width,
+            {**asdict(one), "verdict": one.verdict or None, "change": one.change, "width_ratio": one.width_ratio,
              "spread": one.spread or None}
             for one in self.differences
         ]  # fmt: skip
@@ -277,12 +277,13 @@ def _said_of_judged(found: Comparison) -> str:
 
 def _said_of_widths(both: Sequence[Difference]) -> str:
     """Of how many quantities the interval is another, in a sentence; empty where of none."""
-    told = sorted((one for one in both if one.spread), key=lambda one: abs(math.log(one.width)), reverse=True)
+    told = sorted((one for one in both if one.spread), key=lambda one: abs(math.log(one.width_ratio)), reverse=True)
     if not told:
         return ""
     count = {spread: sum(one.spread == spread for one in told) for spread in (WIDER, NARROWER)}
     words = " and ".join(f"{many} {spread}" for spread, many in count.items() if many)
-    most = f"most that of {_name(told[0].name)} of {told[0].of}, {max(told[0].width, 1.0 / told[0].width):.2g} times"
+    times = math.exp(abs(math.log(told[0].width_ratio)))
+    most = f"most that of {_name(told[0].name)} of {told[0].of}, {times:.2g} times"
     return f" Of the 90 % intervals, {words} in B by a factor of {WIDTH_APART:g} or more: {most}."
 
 
