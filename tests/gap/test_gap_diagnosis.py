@@ -17,7 +17,7 @@ from scruton.gap.attribute import Candidate
 from scruton.gap.bands import discrepancy_of_the_unknown
 from scruton.gap.check import check, second_lines
 from scruton.gap.data import load_gap
-from scruton.gap.diagnosis import fit_null
+from scruton.gap.diagnosis import diagnose, fit_null
 from scruton.gap.hypothesis import Hypothesis
 from scruton.gap.null_model import null_model
 from scruton.gap.screen import Screen
@@ -25,7 +25,6 @@ from scruton.gap.sizes import found_parameters
 from scruton.gap.thresholds import LINE_NATS, SETTLED
 from scruton.simulate.motion import Noise
 from scruton.stats.laplace_check import importance_evidence
-from tests.gap.diagnosed import diagnose
 
 SEED = 8101
 

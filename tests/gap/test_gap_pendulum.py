@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Campaign, Kind, Motion, Record, Rig, Section
-from tests.gap.diagnosed import diagnose
+from scruton.gap.diagnosis import diagnose
 
 FREQUENCY = 0.8  # Hz
 FRICTION, DRAG = "coulomb_friction", "structural_damping_nonlinearity"

@@ -9,9 +9,8 @@ from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Campaign, Kind, Motion, Record, Rig, Section
 from scruton.dynamics.effects import UNKNOWN
 from scruton.gap.data import load_gap
-from scruton.gap.diagnosis import Diagnosis
+from scruton.gap.diagnosis import Diagnosis, diagnose
 from scruton.gap.meaning import describe_unknown
-from tests.gap.diagnosed import diagnose
 
 FREQUENCY, RATE = 5.0, 100.0  # Hz
 OMEGA = 2.0 * np.pi * FREQUENCY

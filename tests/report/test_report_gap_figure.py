@@ -9,14 +9,13 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from scruton.calibrate.challenge.case import simulate_case
-from scruton.gap.diagnosis import Diagnosis
+from scruton.gap.diagnosis import Diagnosis, diagnose
 from scruton.gap.finding import Finding
 from scruton.gap.locate import locate
 from scruton.gap.locate_curves import excess_curves
 from scruton.report.chapters.gap_words import shrink_sentence
 from scruton.report.figures import save
 from scruton.report.figures.gap import gap_figure
-from tests.gap.diagnosed import diagnose
 
 
 @pytest.fixture(scope="module")

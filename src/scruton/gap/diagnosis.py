@@ -12,7 +12,7 @@ from scruton.dynamics.effects.terms import Belongs
 from scruton.gap import thresholds
 from scruton.gap.attribute import Candidate, weigh
 from scruton.gap.check import Check, SecondLine, check, second_lines
-from scruton.gap.data import GapData
+from scruton.gap.data import GapData, load_gap
 from scruton.gap.held_out import predicts_better
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.null_model import null_model
@@ -215,6 +215,12 @@ def diagnose_data(
         places[0].told,
         first.base,
     )
+
+
+def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
+    """Load and diagnose; see `diagnose_data` for the options."""
+    data = load_gap(campaign)
+    return diagnose_data(data, data.campaign, **options)  # type: ignore[arg-type]
 
 
 def _in_its_place(place: Place, prior: Mapping[str, float], prior_none: float) -> dict[str, float]:

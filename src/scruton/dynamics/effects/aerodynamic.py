@@ -47,17 +47,17 @@ def _incoherent(table: FloatArray, values: Values, layout: Layout) -> None:
         table[:, :, term] *= left
 
 
-def _critical_amplitude(scope: Scope) -> Parameter:
-    """A_c of a drive that saturates as 1 - exp(-A/A_c)."""
+def _critical(scope: Scope, usual: float, *starts: float) -> Parameter:
+    """A_c of a drive that saturates as 1 - exp(-A/A_c): what is usual of it, and where its search begins."""
     return Parameter(
-        "amplitude", float(np.log(0.2)), 1.0, scope.members, log=True, unit=REFERENCE,
-        starts=tuple(float(np.log(x)) for x in (0.04, 0.12, 0.4)),
+        "amplitude", float(np.log(usual)), 1.0, scope.members, log=True, unit=REFERENCE,
+        starts=tuple(float(np.log(x)) for x in starts),
     )  # fmt: skip
 
 
 def _saturating(layout: Layout, form: str, weight: float = 1.0) -> Variant:
     scope = _in_wind(layout)
-    return Variant(form, (_critical_amplitude(scope),), _incoherent, scope, weight)
+    return Variant(form, (_critical(scope, 0.2, 0.04, 0.12, 0.4),), _incoherent, scope, weight)
 
 
 def _of_another_law(layout: Layout) -> Variant:
@@ -66,10 +66,10 @@ def _of_another_law(layout: Layout) -> Variant:
 
     def apply(table: FloatArray, values: Values, layout: Layout) -> None:
         square(table, values, layout)
-        # nothing is left of the form without its size
-        _incoherent(table, {**values, "amplitude": values["amplitude"] * (values["size"] != 0.0)}, layout)
+        # A_c is that of a unit of the part in A^2: nothing is left of the form without its size
+        _incoherent(table, {**values, "amplitude": values["amplitude"] * values["size"]}, layout)
 
-    parameters = (size_prior("size", scope.members), _critical_amplitude(scope))
+    parameters = (size_prior("size", scope.members, positive=True), _critical(scope, 1.0, 0.3, 1.0, 3.0))
     return Variant("drive saturates as 1 - exp(-A/A_c), beside a part in A^2", parameters, apply, scope, 0.5)
 
 
