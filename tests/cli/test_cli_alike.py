@@ -136,9 +136,10 @@ def test_a_second_sizing_stands_beside_the_first(small_results, tmp_path, capsys
     assert first != second
 
 
-def test_criticise_ends_in_three_lines(run):
-    verdict, gist, place = run("criticise", "{fit}", "-o", "{out}")[0].splitlines()
+def test_criticise_ends_in_four_lines(run):
+    verdict, title, gist, place = run("criticise", "{fit}", "-o", "{out}")[0].splitlines()
     assert verdict.startswith("Nothing found") or "to look at, " in verdict
+    assert title
     assert gist.startswith(("First of them: ", "Examined: "))
     whole = Path(place).read_text(encoding="utf-8")
     assert "Innovations of the filter" in whole

@@ -58,12 +58,12 @@ def test_the_range_of_amplitudes_is_that_of_the_cycles_and_never_negative():
     """A growth and a decay are fastest at one end: a mean of five cycles there is another amplitude."""
     grown = record(Kind.GROWTH, 0.04, rate=2.0)
     cycles = demodulate(grown.time, grown.response)
-    low, high = assess(grown).amplitude_range
+    low, high = assess(grown, cycles).amplitude_range
     assert (low, high) == (cycles.amplitude.min(), cycles.amplitude.max())
     assert low == pytest.approx(cycles.amplitude[0], rel=1e-12)
     over = record(Kind.FREE_DECAY, 1.0, seconds=30.0)
     assert demodulate(over.time, over.response).amplitude.min() < 0.0, "noise alone"
-    assert assess(over).amplitude_range[0] == 0.0
+    assert assessed(over).amplitude_range[0] == 0.0
 
 
 def ou(rng, n, correlation_time, sd):
@@ -241,7 +241,7 @@ def test_a_harmonic_is_called_one():
 def test_the_mains_are_named(frequency, rate, name):
     t = np.arange(30 * int(rate)) / rate
     y = STABLE * (np.cos(2 * np.pi * F * t) + 0.1 * np.cos(2 * np.pi * frequency * t))
-    assert any(name in line for line in assess(Record("r", Path("r"), Kind.STEADY, t, y)).warnings)
+    assert any(name in line for line in assessed(Record("r", Path("r"), Kind.STEADY, t, y)).warnings)
 
 
 def test_what_is_beside_a_high_multiple_is_no_harmonic():
