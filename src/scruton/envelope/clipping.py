@@ -7,7 +7,7 @@ import numpy as np
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Campaign, Record
 from scruton.envelope.flat_tops import flat_sides
-from scruton.envelope.stillness import LeftOut, without_samples
+from scruton.envelope.stillness import LeftOut, about, without_samples
 from scruton.envelope.thresholds import CUT_OFF
 
 CLIPPED = "clipped"  # kind of the remarks on records that are clipped
@@ -30,8 +30,7 @@ def _clipped(record: Record, frequency: float, unit: str) -> LeftOut | None:
     if not sides:
         return None
     at = time[np.any([side.at_top for side in sides], axis=0)]
-    half = 0.5 / frequency
-    near = np.searchsorted(at, time - half) < np.searchsorted(at, time + half, side="right")
+    near = about(time, at, frequency)
     where = " and ".join("above" if side.sign > 0.0 else "below" for side in sides)
     level, cycles = min(side.level for side in sides), float(np.ptp(time)) * frequency
     share = 100.0 * float(np.mean(near))

@@ -98,7 +98,7 @@ def assess(record: Record, cycles: Cycles, *, stable_amplitude: float | None = N
         *(_swing_remarks(record, swung) if swung else ()),
         *(_beat_remarks(record, cycles) if record.kind is Kind.STEADY or (transient and not swung) else ()),
         *_sampling_remarks(record, steps),
-        *([] if record.is_envelope else _signal_remarks(record, cycles, line)),
+        *([] if record.is_envelope else _signal_remarks(record, cycles, line, 1.0 / steps.step)),
     ]
     return RecordQuality(
         name=record.name,
@@ -200,7 +200,7 @@ def _sampling_remarks(record: Record, steps: Sampling) -> Iterator[Remark]:
         )  # fmt: skip
 
 
-def _signal_remarks(record: Record, cycles: Cycles, line: Line | None) -> Iterator[Remark]:
+def _signal_remarks(record: Record, cycles: Cycles, line: Line | None, sample_rate: float) -> Iterator[Remark]:
     largest = float(np.max(cycles.amplitude))
     # a filter rounds what was clipped
     if record.band is None and (side := _clipped_side(record.time, record.response, cycles)):
@@ -244,7 +244,7 @@ def _signal_remarks(record: Record, cycles: Cycles, line: Line | None) -> Iterat
         )  # fmt: skip
     if line is not None and line.relative > thresholds.SECOND_LINE:
         what = f"the harmonic of order {line.harmonic}" if line.harmonic else "another motion or pick-up"
-        if hum := line.mains(1.0 / sampling(record.time).step):
+        if hum := line.mains(sample_rate):
             alias = "" if abs(line.frequency - hum) < 1.0 else "an alias of "
             what = f"{alias}the mains of {hum:g} Hz, which a `band` of the record leaves out"
         yield _note(

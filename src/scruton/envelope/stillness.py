@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from scruton.arrays import BoolArray
+from scruton.arrays import BoolArray, FloatArray
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Campaign, Kind, Record, Rig
 from scruton.envelope.sampling import quantum_of
@@ -52,8 +52,7 @@ def _outlying(record: Record, frequency: float) -> LeftOut | None:
     out = outliers(record)
     if not out.any():
         return None
-    at, half = record.time[out], 0.5 / frequency
-    near = np.searchsorted(at, record.time - half) < np.searchsorted(at, record.time + half, side="right")
+    at = record.time[out]
     count = int(np.count_nonzero(out))
     what, first = (f"{count} readings lie", "the first ") if count > 1 else ("a reading lies", "")
     told = (
@@ -61,7 +60,14 @@ def _outlying(record: Record, frequency: float) -> LeftOut | None:
         "fitted."
     )
     alike = "{} readings lie far off those before and after (the cycles there are left out of what is fitted)"
+    near = about(record.time, at, frequency)
     return near, Remark(Severity.DOUBT, "outlier", "record", record.name, told, alike, count)
+
+
+def about(time: FloatArray, at: FloatArray, frequency: float) -> BoolArray:
+    """Which samples, (N,), lie within half a cycle of any of these times, which rise."""
+    half = 0.5 / frequency
+    return np.searchsorted(at, time - half) < np.searchsorted(at, time + half, side="right")
 
 
 def without_samples(campaign: Campaign, rule: Callable[[Record, float], LeftOut | None]) -> Campaign:
@@ -97,7 +103,7 @@ def standing_still(record: Record, frequency: float) -> BoolArray:
     if record.is_envelope:
         same &= y[1:] == 0.0
     edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]])))
-    cycle = max(3, round(float((record.time.size - 1) / (record.time[-1] - record.time[0])) / frequency))
+    cycle = _samples_of_a_cycle(record, frequency)
     quantum = quantum_of(y)
     for begin, end in zip(edges[::2], edges[1::2] + 1, strict=True):
         if end - begin <= HELD * cycle:
@@ -110,27 +116,31 @@ def standing_still(record: Record, frequency: float) -> BoolArray:
     return still
 
 
+def _samples_of_a_cycle(record: Record, frequency: float) -> int:
+    return max(3, round(float((record.time.size - 1) / (record.time[-1] - record.time[0])) / frequency))
+
+
 def before_release(record: Record, frequency: float) -> BoolArray:
     """Which samples of a decay come before the model is let go, (N,): noise, and then at once the largest motion.
 
     A growth may well begin with noise, and a model that is pulled before it is let go moves: these stay as they are.
     """
-    none = np.zeros(record.time.size, dtype=bool)
+    held = np.zeros(record.time.size, dtype=bool)
     if record.kind not in (Kind.DECAY, Kind.FREE_DECAY) or record.is_envelope or not np.isfinite(record.response).all():
-        return none
-    cycle = max(3, round(float((record.time.size - 1) / (record.time[-1] - record.time[0])) / frequency))
+        return held
+    cycle = _samples_of_a_cycle(record, frequency)
     whole = record.response[: record.time.size // cycle * cycle].reshape(-1, cycle)
     if len(whole) < 2 * FEWEST_HELD:
-        return none
+        return held
     swept = np.ptp(whole, axis=1)
     first = int(np.argmax(swept > 0.5 * swept.max()))  # cycle
     if first < FEWEST_HELD or not swept[: first - 1].max() * LET_GO < swept.max():
-        return none
+        return held
     quiet = whole[: first - 1]  # the release may be in the cycle before
     moves = np.abs(record.response - quiet.mean()) > np.ptp(quiet)
     moves[: (first - 1) * cycle] = False
-    none[: int(np.argmax(moves))] = True
-    return none
+    held[: int(np.argmax(moves))] = True
+    return held
 
 
 def outliers(record: Record) -> BoolArray:

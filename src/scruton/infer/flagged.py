@@ -1,6 +1,6 @@
 """What a fit says of tests that its model does not describe, or of which records say too little."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -19,31 +19,29 @@ def lock_in_not_used(tests: Sequence[TestResult]) -> list[str]:
 
 def departing(tests: Sequence[TestResult]) -> list[str]:
     """Tests whose drift is not that of the reference law."""
-    flags = []
-    for result in tests:
-        scale = result.derived["departure_scale"]
-        if result.posterior.data.size and float(np.quantile(scale, 0.05)) > DEPARTS:
-            flags.append(
-                f"test {result.test.name}: the drift leaves the reference law by {np.median(scale):.0%} one e-fold "
-                "from the stable amplitude; Y1, epsilon and the relaxation rate under that law alone describe these "
-                "records badly"
-            )
-    return flags
+    return [
+        f"test {name}: the drift leaves the reference law by {scale:.0%} one e-fold from the stable amplitude; Y1, "
+        "epsilon and the relaxation rate under that law alone describe these records badly"
+        for name, scale in _surely_beyond(tests, "departure_scale", DEPARTS)
+    ]
 
 
 def set_apart(tests: Sequence[TestResult]) -> list[str]:
     """Tests whose records differ in their stable amplitudes by more than winds that are set anew."""
-    flags = []
+    return [
+        f"test {name}: its records stand at amplitudes that scatter by {100.0 * scatter:.2g} %, more than a wind that "
+        "is set anew for each explains: a gain, a unit or the wind of one of them. The stable amplitude is a mean of "
+        "theirs, and may be that of none; `scruton diagnose` says more"
+        for name, scatter in _surely_beyond(tests, "set_point_scatter", SET_APART)
+    ]
+
+
+def _surely_beyond(tests: Sequence[TestResult], quantity: str, most: float) -> Iterator[tuple[str, float]]:
+    """Names of the tests whose transients show more of a quantity, with 95 % certainty, and its median there."""
     for result in tests:
-        scatter = result.derived["set_point_scatter"]
-        if result.posterior.data.size and float(np.quantile(scatter, 0.05)) > SET_APART:
-            flags.append(
-                f"test {result.test.name}: its records stand at amplitudes that scatter by "
-                f"{100.0 * np.median(scatter):.2g} %, more than a wind that is set anew for each explains: a gain, a "
-                "unit or the wind of one of them. The stable amplitude is a mean of theirs, and may be that of none; "
-                "`scruton diagnose` says more"
-            )
-    return flags
+        draws = result.derived[quantity]
+        if result.posterior.data.size and float(np.quantile(draws, 0.05)) > most:
+            yield result.test.name, float(np.median(draws))
 
 
 def unconstrained(sampled: Sampled, joint: Joint) -> list[str]:

@@ -135,11 +135,11 @@ class TuningDraws(DamperDraws):
         with np.errstate(divide="ignore", invalid="ignore"):
             factor = true / read
         other._true = np.where(np.isfinite(factor), np.clip(factor, 1.0 / _SET_RIGHT, _SET_RIGHT), 1.0)
-        return other, float(np.log(np.clip(true.max(), 1.0 / _OUT_OF_REACH, _OUT_OF_REACH)))
+        return other, float(_in_logarithms(true.max()))
 
     def shortages(self, dampers: tuple[TunedMass, ...], risk: float) -> FloatArray:
         """What lacks at each of the errors, and of the stroke, as of `lack` but without the table."""
-        return np.asarray(np.log(np.clip(self._without_table(dampers, risk), 1.0 / _OUT_OF_REACH, _OUT_OF_REACH)))
+        return _in_logarithms(self._without_table(dampers, risk))
 
     def tune(
         self,
@@ -251,7 +251,7 @@ class TuningDraws(DamperDraws):
         found = self._by_table(dampers, risk)
         if risk is not None:
             found = found * self._true
-        lacking, stroke = np.log(np.clip([found[:-1].max(), found[-1]], 1.0 / _OUT_OF_REACH, _OUT_OF_REACH)).tolist()
+        lacking, stroke = _in_logarithms([found[:-1].max(), found[-1]]).tolist()
         return lacking, stroke
 
     def _by_table(self, dampers: tuple[TunedMass, ...], risk: float | None) -> FloatArray:
@@ -315,3 +315,8 @@ def _deciding(ratio: FloatArray, risk: float) -> float:
     """The order statistic that decides on a risk: 1 or less where no more than that part of the draws is above 1."""
     last = ratio.size - 1 - int(np.floor(risk * ratio.size + 1e-9))
     return float(np.partition(ratio, last)[last])
+
+
+def _in_logarithms(ratios: ArrayLike) -> FloatArray:
+    """What lacks as the search takes it: finite also where nothing is needed or added."""
+    return np.asarray(np.log(np.clip(ratios, 1.0 / _OUT_OF_REACH, _OUT_OF_REACH)))

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from scruton.report.chapters.gap_words import contained_sentence, gap_sentence
+from scruton.report.chapters.gap_words import capital, contained_sentence, gap_sentence
 from scruton.report.chapters.material import Material
 from scruton.report.conventions import (
     DAMPING,
@@ -85,7 +85,7 @@ def decision_sentence(sizing: Content, failed: Sequence[str] = ()) -> str:
         if len(kept) == len(every):
             sentences.append(f"Keep the bridge as it is: {names} {below} with {confidence}.")
         else:
-            sentences.append(f"{_capital(names)} {below} as the bridge is.")
+            sentences.append(f"{capital(names)} {below} as the bridge is.")
     if doubted := [need.name for need in every if not need.trusted]:
         sentences.append(f"Decide nothing on {_and(doubted)}: the fit did not converge.")
     far = [need for need in wanting if need.reach is not None and not need.reach["trusted"]]
@@ -109,7 +109,7 @@ def _beyond(beyond: Sequence[Need], confidence: str) -> Iterator[str]:
     one = len(beyond) == 1
     names = _and(need.name for need in beyond)
     yield (
-        f"{_capital(names)} need{'s' * one} an added {damping_words()} of more than {damping(LARGEST_ADDED)}, the most "
+        f"{capital(names)} need{'s' * one} an added {damping_words()} of more than {damping(LARGEST_ADDED)}, the most "
         f"that is looked at, to stay below {'its limit' if one else 'their limits'} with {confidence}."
     )
     rest = []
@@ -143,10 +143,6 @@ def _heavier(need: Need) -> str:
                 "heavier dampers, or more of them."
             )
     return ""
-
-
-def _capital(text: str) -> str:
-    return f"{text[0].upper()}{text[1:]}"
 
 
 def _and(parts: Iterable[str]) -> str:
