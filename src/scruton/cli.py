@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from scruton.app.verbs import ALIKE, ONE_PROCESS, VERBS, Argument, Verb
+from scruton.spared import spare
 from scruton.terminal import Parser, guarded, harmless_streams
 
 if TYPE_CHECKING:
@@ -17,7 +18,9 @@ if TYPE_CHECKING:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit code."""
+    """Run one command and return its exit code; without arguments that of this process, which is the program's own."""
+    if argv is None:
+        spare()
     with harmless_streams():
         return guarded(lambda: _run(argv))
 

@@ -13,6 +13,8 @@ from functools import partial
 from multiprocessing.connection import wait
 from typing import Any
 
+from scruton.spared import spare
+
 
 def pool(count: int) -> ProcessPoolExecutor:
     """A pool of `count` processes with nothing of this one's state; they end when it does, even if it is killed."""
@@ -94,6 +96,7 @@ class SecondProcess:
 
 def serve() -> None:
     """Leave interrupts to the parent, which keeps what is done; end with it."""
+    spare()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_the_parent, daemon=True).start()
 

@@ -42,14 +42,11 @@ def write_fit(fit: "Fit", folder: Path) -> tuple[Path, Path]:
     -------
     paths : (Path, Path)
     """
-    import dask
-
     folder.mkdir(parents=True, exist_ok=True)
     posterior, summary = folder / POSTERIOR, folder / SUMMARY
     temporary = folder / f"{POSTERIOR}.tmp"
-    # nothing in the tree is lazy, but xarray asks who would compute it, and that imports all of distributed
     with written_to(posterior, temporary):
-        with _NETCDF, dask.config.set(scheduler="synchronous"):
+        with _NETCDF:
             try:
                 fit.tree.to_netcdf(temporary, engine="netcdf4")
             except RuntimeError as error:  # the library's "HDF error": a disk that is full, mostly

@@ -1,0 +1,35 @@
+"""What libraries import and no command has a use for: half a second of every command that samples or writes results."""
+
+import sys
+from collections.abc import Sequence
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+
+# Who asks for what; each takes an ImportError for an answer.
+SPARED = {
+    "emcee.moves.kde": ("scipy.stats",),  # a move that is never made
+    "xarray.namedarray.pycompat": ("cupy", "dask", "pint", "sparse"),  # kinds of arrays that no result has
+    "xarray.backends.locks": ("dask",),  # who else might write the file
+}
+
+
+class _Sparing:
+    """A finder that finds nothing, and says so where one of `SPARED` asks: whoever else does is served as ever."""
+
+    @staticmethod
+    def find_spec(name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
+        frame = sys._getframe(1)
+        while frame.f_back and frame.f_globals.get("__name__", "").startswith("importlib"):
+            frame = frame.f_back
+        if name in SPARED.get(frame.f_globals.get("__name__", ""), ()):
+            raise ModuleNotFoundError(f"{name} is spared", name=name)
+        return None
+
+
+def spare() -> None:
+    """Import nothing of `SPARED` from now on.
+
+    For a process of the program's own: in somebody else's Python what is asked for first would decide what works.
+    """
+    if _Sparing not in sys.meta_path:
+        sys.meta_path.insert(0, _Sparing)
