@@ -11,6 +11,7 @@ from scruton.campaign.schema import Campaign, Kind, Record, Rig, Test
 from scruton.envelope.clipping import CLIPPED, unclipped
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.natural_frequency import retuned
+from scruton.envelope.other_modes import other_modes, told, without_modes
 from scruton.envelope.quality import RecordQuality, assess
 from scruton.envelope.ringdown import RingDown, ring_down
 from scruton.envelope.stillness import moving, unspoiled
@@ -162,6 +163,8 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
     """What `usable` gives of the records as they are."""
     cycles: dict[str, Cycles] = {}
     failures: dict[str, InputError] = {}
+    cleared: dict[str, Record] = {}
+    remarks = list(campaign.remarks)
     clipped = {remark.name for remark in campaign.remarks if remark.kind == CLIPPED}
     for record, rig, test in campaign.records():
         try:
@@ -170,15 +173,19 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
                 _check_ring_down(record, track)
             if test is not None:
                 check_vibrates(record, track, campaign.section.amplitude_unit)
+            if modes := other_modes(record, track):
+                cleared[record.name] = without_modes(record, track, modes)
+                remarks.append(told(record, modes))
+                track = record_cycles(cleared[record.name], rig.frequency.mean, source)
             cycles[record.name] = track
         except InputError as error:
             found = error.found + (" beside the cycles that are clipped" if record.name in clipped else "")
             failures[record.name] = InputError(error.file, error.field, found, error.wanted)
-    if not failures:
+    if not failures and not cleared:
         return campaign, cycles
 
     def kept(records: tuple[Record, ...]) -> tuple[Record, ...]:
-        return tuple(record for record in records if record.name in cycles)
+        return tuple(cleared.get(record.name, record) for record in records if record.name in cycles)
 
     rigs = tuple(replace(rig, records=kept(rig.records)) for rig in campaign.rigs)
     bare = [
@@ -190,11 +197,11 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
     in_wind = [record.name for record, _, test in campaign.records() if test is not None]
     if cycles and not needed and not any(name in cycles for name in in_wind):
         needed = in_wind
-    if strict or not cycles or needed:
+    if failures and (strict or not cycles or needed):
         raise failures[needed[0] if needed else next(iter(failures))]
-    remarks = (*campaign.remarks, *(_set_aside(name, error) for name, error in failures.items()))
+    remarks += [_set_aside(name, error) for name, error in failures.items()]
     tests = tuple(replace(test, records=kept(test.records)) for test in campaign.tests)
-    return replace(campaign, rigs=rigs, tests=tests, remarks=remarks), cycles
+    return replace(campaign, rigs=rigs, tests=tests, remarks=tuple(remarks)), cycles
 
 
 def _check_ring_down(record: Record, cycles: Cycles) -> None:

@@ -59,6 +59,38 @@ def second_line(time: FloatArray, response: FloatArray, cycles: Cycles) -> Line 
     return max(lines, key=lambda line: line.relative, default=None)
 
 
+def beside_motion(time: FloatArray, response: FloatArray, cycles: Cycles) -> tuple[FloatArray, FloatArray]:
+    """What a record holds beside the motion, smooth over some cycles, its first two harmonics and a constant.
+
+    Parameters
+    ----------
+    time, response : (N,) array
+        Seconds, and the response.
+    cycles : Cycles
+        Its demodulation.
+
+    Returns
+    -------
+    time, rest : (M,) array
+        Within the cycles.
+    """
+    half = 0.5 / cycles.reference_frequency
+    inside = (time >= cycles.begin) & (time <= cycles.time[-1] + half)
+    t, y = time[inside], response[inside]
+    if not t.size:
+        return t, y
+    z = cycles.amplitude * np.exp(1j * cycles.phase)
+    kernel = np.hanning(7)[1:-1]
+    kernel /= kernel.sum()
+    padded = np.concatenate([2 * z[0] - z[2:0:-1], z, 2 * z[-1] - z[-2:-4:-1]])
+    smooth = np.convolve(padded, kernel, mode="valid")
+    a = np.interp(t, cycles.time, np.abs(smooth))
+    phase = np.interp(t, cycles.time, np.unwrap(np.angle(smooth)))
+    theta = 2.0 * np.pi * cycles.reference_frequency * (t - cycles.begin) + phase
+    columns = np.stack([np.ones_like(t), *(f(k * theta) * a for k in (1, 2, 3) for f in (np.cos, np.sin))], axis=1)
+    return t, y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]
+
+
 def _near(cycles: Cycles) -> Line | None:
     period = 1.0 / cycles.reference_frequency
     number = np.round((cycles.time - cycles.time[0]) / period).astype(np.intp)

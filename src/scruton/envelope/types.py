@@ -48,6 +48,11 @@ class Cycles:
         return np.convolve(self.amplitude, np.ones(5) / 5.0, mode="valid")
 
     @property
+    def begin(self) -> float:
+        """Where the first cycle begins [s]."""
+        return float(self.time[0]) - 0.5 / self.reference_frequency
+
+    @property
     def amplitude_range(self) -> tuple[float, float]:
         """Smallest and largest amplitude of a cycle; none below zero, as noise makes it."""
         return max(float(self.amplitude.min()), 0.0), float(self.amplitude.max())

@@ -11,7 +11,7 @@ from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign, Record
 from scruton.dynamics.effects import Term
 from scruton.envelope import Cycles
-from scruton.envelope.lines import WANDER, mains_seen
+from scruton.envelope.lines import WANDER, beside_motion, mains_seen
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.thresholds import (
     BLOCKS,
@@ -154,27 +154,11 @@ def second_lines(campaign: Campaign, cycles: Mapping[str, Cycles]) -> tuple[Seco
 
 
 def _line(record: Record, cycles: Cycles) -> SecondLine | None:
-    time, response = record.time, record.response
-    omega = 2.0 * np.pi * cycles.reference_frequency
-    half = 0.5 / cycles.reference_frequency
-    inside = (time >= cycles.time[0] - half) & (time <= cycles.time[-1] + half)
-    t, y = time[inside], response[inside]
+    t, rest = beside_motion(record.time, record.response, cycles)
     if t.size < 64:
         return None
-    # The complex amplitude, smooth over some cycles, through the cycles.
-    z = cycles.amplitude * np.exp(1j * cycles.phase)
-    kernel = np.hanning(7)[1:-1]
-    kernel /= kernel.sum()
-    padded = np.concatenate([2 * z[0] - z[2:0:-1], z, 2 * z[-1] - z[-2:-4:-1]])
-    smooth = np.convolve(padded, kernel, mode="valid")
-    a = np.interp(t, cycles.time, np.abs(smooth))
-    phase = np.interp(t, cycles.time, np.unwrap(np.angle(smooth)))
-    origin = cycles.time[0] - half
-    theta = omega * (t - origin) + phase
-    columns = np.stack([np.ones_like(t), *(f(k * theta) * a for k in (1, 2, 3) for f in (np.cos, np.sin))], axis=1)
     window = np.hanning(t.size) ** 0.5
-    residual = (y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]) * window
-    power = np.abs(np.fft.rfft(residual)) ** 2
+    power = np.abs(np.fft.rfft(rest * window)) ** 2
     frequency = np.fft.rfftfreq(t.size, float(np.median(np.diff(t))))
     f0, resolution = cycles.reference_frequency, 1.0 / (t[-1] - t[0])
     use = (frequency > 0.3 * f0) & (frequency < 2.85 * f0)
