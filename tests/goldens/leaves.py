@@ -78,7 +78,8 @@ def form(value: Any) -> Any:
     if isinstance(value, list):
         return [form(one) for one in value]
     if isinstance(value, str):
-        return " ".join(re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "#", value).split())
+        ruled = re.sub(r"-{2,}", "--", value)  # the lines under the headings of a table are as wide as its numbers
+        return " ".join(re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "#", ruled).split())
     return "#" if isinstance(value, (int, float)) and not isinstance(value, bool) else value
 
 

@@ -176,7 +176,7 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
             if modes := other_modes(record, track):
                 cleared[record.name] = without_modes(record, track, modes)
                 remarks.append(told(record, modes))
-                track = record_cycles(cleared[record.name], rig.frequency.mean, source)
+                track = replace(record_cycles(cleared[record.name], rig.frequency.mean, source), released=modes)
             cycles[record.name] = track
         except InputError as error:
             found = error.found + (" beside the cycles that are clipped" if record.name in clipped else "")

@@ -5,7 +5,7 @@ for scatter of the amplitude, for a third harmonic or for a second line.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -27,40 +27,13 @@ from scruton.envelope.thresholds import (
     MODE_TURNS,
     MODES,
 )
-from scruton.envelope.types import Cycles
+from scruton.envelope.types import Cycles, OtherMode
 
 OTHER_MODE = "other mode"  # kind of the remarks
 _LONGEST = 2**17  # samples that are looked at
 _RATES = np.geomspace(0.5, 64.0, 8)  # of decay, per length of the record
 _STEPS = 8  # of refining a pole
 _FEWEST = 64  # samples
-
-
-@dataclass(frozen=True)
-class OtherMode:
-    """One free vibration.
-
-    Attributes
-    ----------
-    frequency : float
-        Hz.
-    rate : float
-        It dies away as exp(-rate t) [1/s].
-    amplitude : complex
-        Where the first cycle begins, with its phase: the motion is the real part of amplitude exp((i omega - rate) t).
-    relative : float
-        Its amplitude over the largest of the motion.
-    """
-
-    frequency: float
-    rate: float
-    amplitude: complex
-    relative: float = float("nan")
-
-    def motion(self, t: FloatArray) -> FloatArray:
-        """Its part of the record at these times, (N,) [s], from the first cycle on."""
-        pole = 2j * np.pi * self.frequency - self.rate
-        return np.asarray((self.amplitude * np.exp(pole * np.maximum(t, 0.0))).real * (t >= 0.0))
 
 
 def other_modes(record: Record, cycles: Cycles) -> tuple[OtherMode, ...]:

@@ -5,7 +5,40 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.envelope.thresholds import LARGE_MODE
 from scruton.shown import fields_in_brief, shown
+
+
+@dataclass(frozen=True)
+class OtherMode:
+    """One free vibration.
+
+    Attributes
+    ----------
+    frequency : float
+        Hz.
+    rate : float
+        It dies away as exp(-rate t) [1/s].
+    amplitude : complex
+        Where the first cycle begins, with its phase: the motion is the real part of amplitude exp((i omega - rate) t).
+    relative : float
+        Its amplitude over the largest of the motion.
+    """
+
+    frequency: float
+    rate: float
+    amplitude: complex
+    relative: float = float("nan")
+
+    @property
+    def is_large(self) -> bool:
+        """Whether it is more than a release sets going by chance."""
+        return self.relative > LARGE_MODE
+
+    def motion(self, t: FloatArray) -> FloatArray:
+        """Its part of the record at these times, (N,) [s], from the first cycle on."""
+        pole = 2j * np.pi * self.frequency - self.rate
+        return np.asarray((self.amplitude * np.exp(pole * np.maximum(t, 0.0))).real * (t >= 0.0))
 
 
 @shown(fields_in_brief)
@@ -32,6 +65,8 @@ class Cycles:
     noise_sd : float
         Standard deviation of the broadband residual per sample, in the record's unit; of a record that holds only a
         band, that of white noise as strong as its own at the response's frequency.
+    released : tuple of OtherMode
+        What was taken out of the record before, largest first.
     """
 
     time: FloatArray
@@ -42,6 +77,7 @@ class Cycles:
     frequency_error: FloatArray
     reference_frequency: float
     noise_sd: float
+    released: tuple[OtherMode, ...] = ()
 
     def smoothed(self) -> FloatArray:
         """Amplitude, as means of five cycles in a row: four fewer than there are cycles."""

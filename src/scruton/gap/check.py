@@ -12,6 +12,7 @@ from scruton.campaign.schema import Campaign, Record
 from scruton.dynamics.effects import Term
 from scruton.envelope import Cycles
 from scruton.envelope.lines import WANDER, beside_motion, mains_seen
+from scruton.envelope.types import OtherMode
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.thresholds import (
     BLOCKS,
@@ -139,18 +140,33 @@ class SecondLine:
         A/D or rad, of a steady line of that power.
     ratio : float
         Power over the local noise, minus ln of the number of frequencies looked at: nats against chance.
+    dies : bool
+        Whether it is a free vibration that was taken out of the record.
     """
 
     record: str
     frequency: float
     amplitude: float
     ratio: float
+    dies: bool = False
 
 
 def second_lines(campaign: Campaign, cycles: Mapping[str, Cycles]) -> tuple[SecondLine, ...]:
-    """Look for a line that matters beside the response in every record, the fundamental and its harmonics taken off."""
+    """Lines that matter beside the response in every record: what is left there, and large modes that died away."""
     used = [one for one, _, _ in campaign.records() if not one.is_envelope and one.name in cycles]
-    return tuple(line for record in used if (line := _line(record, cycles[record.name])))
+    found = []
+    for record in used:
+        track = cycles[record.name]
+        line = _line(record, track)
+        found += [*([line] if line else []), *(_died(record, mode, track) for mode in track.released if mode.is_large)]
+    return tuple(found)
+
+
+def _died(record: Record, mode: OtherMode, cycles: Cycles) -> SecondLine:
+    """The line of a free vibration, as one of its power that lasts."""
+    squared = float(np.mean(mode.motion(record.time - cycles.begin) ** 2))
+    nats = 0.5 * record.time.size * squared / cycles.noise_sd**2
+    return SecondLine(record.name, mode.frequency, float(np.sqrt(2.0 * squared)), nats, dies=True)
 
 
 def _line(record: Record, cycles: Cycles) -> SecondLine | None:

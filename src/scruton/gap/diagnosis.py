@@ -162,6 +162,7 @@ def diagnose_data(
     tell("null model", 0.0)
     data, null = fit_null(data)
     lines = second_lines(campaign, data.cycles)
+    lasting = [line for line in lines if not line.dies]
     tell("single effects", 0.1)
     everything = (*CATALOGUE.values(), catalogue.UNKNOWN)
     effects = tuple(effect for effect in everything if prior.get(effect.name, 1.0) > 0.0)
@@ -177,16 +178,19 @@ def diagnose_data(
     # What stands beside an effect that is none after all is a verdict of its own.
     for places in (found, [Place(null, singles)]):
         places = [replace(one, told=weighed_at_other_speeds(one, effects, workers=workers)) for one in places]
-        gains, probability, top = _judged(null, places, lines, checks, prior, prior_none, workers)
+        gains, probability, top = _judged(null, places, lasting, checks, prior, prior_none, workers)
         reported = places
         if top == UNKNOWN and len(places) > 1:
             reported = beside_unknown(null, places, singles, effects, probable=probable, workers=workers, progress=tell)
             if len(reported) < len(places):  # what is weighed is what is reported
                 alone = {UNKNOWN: reported[0].candidates[UNKNOWN]}
                 places = [replace(places[0], candidates={**places[0].candidates, **alone}), *places[1:]]
-                gains, probability, top = _judged(null, places, lines, checks, prior, prior_none, workers)
+                gains, probability, top = _judged(null, places, lasting, checks, prior, prior_none, workers)
         if top != NONE or len(places) == 1:
             break
+    if top == NONE and len(lasting) < len(lines):  # nothing else is wrong: the other mode is what the model lacks
+        gains, probability, top = _judged(null, places, lines, checks, prior, prior_none, workers)
+        reported = places
     first, *others = reported if top == UNKNOWN else places if top != NONE else [Place(null, singles)]
     final = first.candidates[top].best if top != NONE else null
     # a generic term that gains nothing says nothing of the unknown
