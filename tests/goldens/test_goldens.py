@@ -63,7 +63,11 @@ def test_of_another_arithmetic_the_form_is_compared():
     wanted = {"text": ["Sc 1.13  0.0024  -1e-3", "---- --", "dead"], "n": {"min": 1, "fine": True}}
     found = {"text": ["Sc 1.13 0.1 +2", "----- ---", "dead"], "n": {"min": 2.5, "fine": True}}
     assert form(wanted) == form(found)
-    for other in ({"text": ["Sc 1 2", "--- ---", "dead"]}, {"n": {"min": "nan", "fine": True}}, {"n": {"min": 1, "fine": False}}):
+    for other in (
+        {"text": ["Sc 1 2", "--- ---", "dead"]},
+        {"n": {"min": "nan", "fine": True}},
+        {"n": {"min": 1, "fine": False}},
+    ):
         assert form(wanted) != form(found | other)
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from scruton.campaign.schema import Campaign, Kind, Record, Rig, Test
 from scruton.envelope.clipping import CLIPPED, unclipped
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.natural_frequency import retuned
-from scruton.envelope.other_modes import other_modes, told, without_modes
+from scruton.envelope.other_modes import told, without_other_modes
 from scruton.envelope.quality import RecordQuality, assess
 from scruton.envelope.ringdown import RingDown, ring_down
 from scruton.envelope.stillness import moving, unspoiled
@@ -173,10 +174,11 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
                 _check_ring_down(record, track)
             if test is not None:
                 check_vibrates(record, track, campaign.section.amplitude_unit)
-            if modes := other_modes(record, track):
-                cleared[record.name] = without_modes(record, track, modes)
-                remarks.append(told(record, modes))
-                track = replace(record_cycles(cleared[record.name], rig.frequency.mean, source), released=modes)
+            again = partial(record_cycles, still_air_frequency=rig.frequency.mean, source=source)
+            left, track = without_other_modes(record, track, again)
+            if track.released:
+                cleared[record.name] = left
+                remarks.append(told(record, track.released))
             cycles[record.name] = track
         except InputError as error:
             found = error.found + (" beside the cycles that are clipped" if record.name in clipped else "")

@@ -4,12 +4,14 @@ They are of the initial condition, no part of the damping and none of the gap, b
 for scatter of the amplitude, for a third harmonic or for a second line.
 """
 
-from collections.abc import Sequence
-from dataclasses import replace
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from scruton.arrays import ComplexArray, FloatArray
+from scruton.arrays import BoolArray, ComplexArray, FloatArray
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Record
 from scruton.envelope.flat_tops import flat_sides
@@ -32,33 +34,74 @@ from scruton.envelope.types import Cycles, OtherMode
 OTHER_MODE = "other mode"  # kind of the remarks
 _LONGEST = 2**17  # samples that are looked at
 _RATES = np.geomspace(0.5, 64.0, 8)  # of decay, per length of the record
-_STEPS = 8  # of refining a pole
+_LOWEST, _HIGHEST = 0.08, 0.4  # frequencies that are looked at: of the motion's, and of the sample rate
+_STEPS, _FARTHEST_STEP, _FARTHEST = 8, 0.3, 0.1  # of refining a pole, and how far it may move, of its frequency
+_ROUNDS = 3  # of looking at what is left
+_BESIDE = 0.3  # of the largest, that another has to have to be taken out with it
+_SAME = 0.03  # of the frequency, by which one mode's may be off in the first round
 _FEWEST = 64  # samples
+_DRIFT = 5  # order of the polynomial that an offset wanders by
+_PROMISES = 0.2  # of MODE_NATS: with what a damped line has of its own on either side counted as noise
+
+
+def without_other_modes(record: Record, cycles: Cycles, again: Callable[[Record], Cycles]) -> tuple[Record, Cycles]:
+    """A record without the free vibrations beside its motion, and its cycles, which tell them.
+
+    Parameters
+    ----------
+    record : Record
+    cycles : Cycles
+        Its demodulation.
+    again : callable
+        Demodulates what is left.
+
+    Returns
+    -------
+    Record, Cycles
+        As they were where there are none, where the file holds an amplitude or a filter's band, or where readings stand
+        at the end of a sensor's range: less a vibration they would no longer stand there.
+    """
+    left, told, known = record, cycles, tuple[OtherMode, ...]()
+    if record.is_envelope or record.band is not None:
+        return record, cycles
+    for _ in range(_ROUNDS):
+        modes = other_modes(left, told)
+        if not modes:
+            break
+        if not known and any(
+            side.nats > CUT_OFF for side in flat_sides(record.time, record.response, cycles.reference_frequency)
+        ):
+            return record, cycles
+        left = without_modes(left, told, modes)
+        told = again(left)
+        # what is left of one that was taken out already is none of its own
+        known += tuple(one for one in modes if all(abs(one.frequency / k.frequency - 1.0) > _SAME for k in known))
+    return left, replace(told, released=known)
 
 
 def other_modes(record: Record, cycles: Cycles) -> tuple[OtherMode, ...]:
-    """Find the free vibrations beside the motion in a record, given its demodulation, largest first."""
-    if record.is_envelope or record.band is not None:
-        return ()
+    """Find the free vibrations beside the motion in a record, given its demodulation, largest first.
+
+    The smaller ones beside a large one have to wait until it is gone: it moves the amplitude of every cycle, too.
+    """
     time, rest = beside_motion(record.time, record.response, cycles)
     time, rest = time[:_LONGEST], rest[:_LONGEST]
     if time.size < _FEWEST:
         return ()
     begin, step, motion = cycles.begin, sampling(record.time).step, float(np.max(cycles.smoothed()))
     t = np.arange(time[0] - begin, time[-1] - begin, step)
-    rest = np.interp(t, time - begin, rest)
+    left = np.interp(t, time - begin, rest)
+    now = _Rest(t, left - np.polynomial.Polynomial.fit(t, left, _DRIFT)(t), cycles.reference_frequency)
     found: list[OtherMode] = []
     for _ in range(MODES):
-        mode = _largest(t, rest, step, cycles.reference_frequency)
-        if mode is None or not MODE_SIZES[0] * motion < abs(mode.amplitude) < MODE_SIZES[1] * motion:
+        mode = now.largest()
+        size = abs(mode.amplitude) / motion if mode else 0.0
+        least = max(MODE_SIZES[0], _BESIDE * found[0].relative if found else 0.0)
+        if mode is None or not least < size < MODE_SIZES[1]:
             break
-        found.append(replace(mode, relative=abs(mode.amplitude) / motion))
-        rest = rest - mode.motion(t)
-    # what stands at the end of a sensor's range would no longer stand there
-    cut = found and any(
-        side.nats > CUT_OFF for side in flat_sides(record.time, record.response, cycles.reference_frequency)
-    )
-    return () if cut else tuple(found)
+        found.append(replace(mode, relative=size))
+        now = now.less(mode)
+    return tuple(found)
 
 
 def without_modes(record: Record, cycles: Cycles, modes: Sequence[OtherMode]) -> Record:
@@ -77,42 +120,78 @@ def told(record: Record, modes: Sequence[OtherMode]) -> Remark:
     return Remark(Severity.NOTE, OTHER_MODE, "record", record.name, text, f"{what.format('{} ')} (taken out)", largest)
 
 
-def _largest(t: FloatArray, rest: FloatArray, step: float, f: float) -> OtherMode | None:
-    """The free vibration that explains most of what is left, None where there is none."""
-    size = 1 << int(np.ceil(np.log2(2 * t.size)))
-    frequency = np.fft.rfftfreq(size, step)
-    length = float(t[-1])
-    use = (frequency > max(MODE_TURNS / length, 0.08 * f)) & (frequency < 0.4 / step)
-    order = np.round(frequency / f)
-    apart = np.where(order == 1, MODE_APART, MODE_OF_HARMONIC)
-    use &= (np.abs(frequency - order * f) > apart * f) | (order == 0)
-    for hum in mains_seen(1.0 / step).values():
-        use &= np.abs(frequency - hum) > WANDER + 1.0 / length
-    if not use.any():
-        return None
-    best = (0.0, 0.0, 0.0)
-    for rate in _RATES / length:
-        fall = np.exp(-rate * t)
-        power = np.abs(np.fft.rfft(rest * fall, size)) ** 2 / np.sum(fall**2)
-        at = int(np.argmax(np.where(use, power, 0.0)))
-        around = power[max(0, at - at // 3) : at + at // 3 + 2]
-        best = max(best, (float(power[at] / max(np.median(around) / np.log(2.0), 1e-300)), rate, float(frequency[at])))
-    if best[0] < MODE_NATS:
-        return None
-    pole = complex(-best[1], 2.0 * np.pi * best[2])
-    first = pole
-    for _ in range(_STEPS):
-        amplitude, change = _fitted(t, rest, pole)
-        if abs(amplitude) == 0.0 or abs(change) > 0.3 * abs(first.imag):
+@dataclass(frozen=True, eq=False)
+class _Rest:
+    """What is left beside a motion of frequency `f` [Hz], at equal steps `t` from where its cycles begin [s], (N,)."""
+
+    t: FloatArray
+    left: FloatArray
+    f: float
+
+    @cached_property
+    def size(self) -> int:
+        return 1 << int(np.ceil(np.log2(2 * self.t.size)))
+
+    @cached_property
+    def frequency(self) -> FloatArray:
+        return np.asarray(np.fft.rfftfreq(self.size, float(self.t[1] - self.t[0])))
+
+    @cached_property
+    def allowed(self) -> BoolArray:
+        """Frequencies that another mode may have: away from the motion, its harmonics and the mains."""
+        length, rate = float(self.t[-1]), 1.0 / float(self.t[1] - self.t[0])
+        order = np.round(self.frequency / self.f)
+        apart = np.where(order == 1, MODE_APART, MODE_OF_HARMONIC) * self.f
+        allowed = (self.frequency > max(MODE_TURNS / length, _LOWEST * self.f)) & (self.frequency < _HIGHEST * rate)
+        allowed &= (np.abs(self.frequency - order * self.f) > apart) | (order == 0)
+        for hum in mains_seen(rate).values():
+            allowed &= np.abs(self.frequency - hum) > WANDER + 1.0 / length
+        return np.asarray(allowed)
+
+    def powers(self, rate: float = 0.0) -> FloatArray:
+        """By frequency, what a vibration that decays at a rate [1/s] would explain."""
+        fall = np.exp(-rate * self.t)
+        return np.asarray(np.abs(np.fft.rfft(self.left * fall, self.size)) ** 2 / np.sum(fall**2))
+
+    def less(self, mode: OtherMode) -> "_Rest":
+        return replace(self, left=self.left - mode.motion(self.t))
+
+    def largest(self) -> OtherMode | None:
+        """The free vibration that explains most, None where there is none."""
+        if not self.allowed.any():
             return None
-        pole += change
-    decay, turn = -pole.real, pole.imag
-    if not (decay * length > MODE_FALLS and decay < MODE_DAMPING * turn and abs(pole - first) < 0.1 * first.imag):
-        return None
-    mode = OtherMode(turn / (2.0 * np.pi), decay, complex(_fitted(t, rest, pole)[0]))
-    near = np.abs(frequency - mode.frequency) < max(4.0 / length, 4.0 * decay / (2.0 * np.pi), 0.05 * f)
-    before, after = (np.sum(np.abs(np.fft.rfft(x, size)[near]) ** 2) for x in (rest, rest - mode.motion(t)))
-    return mode if after < MODE_LEAVES * before else None
+        best = (0.0, 0.0, 0)
+        for rate in _RATES / self.t[-1]:
+            power = self.powers(rate)
+            at = int(np.argmax(np.where(self.allowed, power, 0.0)))
+            best = max(best, (float(power[at]) / _by_chance(power, at), rate, at))
+        if best[0] < _PROMISES * MODE_NATS:
+            return None
+        pole = first = complex(-best[1], 2.0 * np.pi * self.frequency[best[2]])
+        for _ in range(_STEPS):
+            amplitude, change = _fitted(self.t, self.left, pole)
+            if amplitude == 0.0 or abs(change) > _FARTHEST_STEP * first.imag:
+                return None
+            pole += change
+        mode = OtherMode(pole.imag / (2.0 * np.pi), -pole.real, _fitted(self.t, self.left, pole)[0])
+        return mode if abs(pole - first) < _FARTHEST * first.imag and self._is_free(mode) else None
+
+    def _is_free(self, mode: OtherMode) -> bool:
+        """Whether a vibration dies away, is no more damped than a mode, and is what makes its line."""
+        at = int(np.argmin(np.abs(self.frequency - mode.frequency)))
+        dies = mode.rate * self.t[-1] > MODE_FALLS and mode.rate < MODE_DAMPING * 2.0 * np.pi * mode.frequency
+        if not (dies and self.allowed[at]):
+            return False
+        width = max(4.0 / self.t[-1], 4.0 * mode.rate / (2.0 * np.pi), 0.05 * self.f)
+        near = np.abs(self.frequency - mode.frequency) < width
+        before, after = self.powers(), self.less(mode).powers()
+        explained = np.sum(after[near]) < MODE_LEAVES * np.sum(before[near])
+        return bool(explained and before[at] > MODE_NATS * _by_chance(after, at))
+
+
+def _by_chance(power: FloatArray, at: int) -> float:
+    """The power that noise has about a place of a spectrum."""
+    return max(float(np.median(power[at - at // 3 : at + at // 3 + 2])) / math.log(2.0), 1e-300)
 
 
 def _fitted(t: FloatArray, rest: FloatArray, pole: complex) -> tuple[complex, complex]:
