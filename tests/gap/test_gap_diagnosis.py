@@ -8,10 +8,12 @@ import pytest
 
 from scruton.calibrate.challenge import case
 from scruton.calibrate.challenge.case import simulate_case
+from scruton.campaign import load_campaign
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Campaign, Kind, Motion, Record, Rig, Section
 from scruton.dynamics.effects import CATALOGUE
 from scruton.envelope import record_cycles
+from scruton.envelope.types import OtherMode
 from scruton.gap import diagnosis
 from scruton.gap.attribute import Candidate
 from scruton.gap.bands import discrepancy_of_the_unknown
@@ -90,6 +92,37 @@ def test_a_line_that_does_not_matter_is_none(size, found):
     campaign = Campaign(Path(), "", "", Section(Motion.HEAVING, 0.3, 0.05), (rig,))
     lines = second_lines(campaign, {record.name: record_cycles(record, 4.79)})
     assert sum(line.ratio > LINE_NATS for line in lines) == found
+
+
+@pytest.mark.parametrize(
+    ("size", "verdict"), [(0.02, "none"), pytest.param(0.08, "unknown", marks=pytest.mark.thorough)]
+)
+def test_a_mode_that_the_release_sets_going_is_no_gap_unless_it_is_large(clean, size, verdict):
+    campaign = clean[0]
+
+    def shaken(records):
+        motions = {
+            one.name: OtherMode(2.3 * rig.frequency.mean, 1.2, size * np.ptp(one.response) / 2.0).motion(
+                one.time - one.time[0]
+            )
+            for one, rig, _ in campaign.records()
+            if one.kind in (Kind.DECAY, Kind.FREE_DECAY)
+        }
+        return tuple(replace(one, response=one.response + motions.get(one.name, 0.0)) for one in records)
+
+    rigs = tuple(replace(rig, records=shaken(rig.records)) for rig in campaign.rigs)
+    tests = tuple(replace(test, records=shaken(test.records)) for test in campaign.tests)
+    found = diagnose(replace(campaign, rigs=rigs, tests=tests))
+    assert found.verdict == verdict
+    assert any(line.dies for line in found.lines) == (verdict == "unknown")
+
+
+@pytest.mark.thorough
+def test_a_law_that_is_not_the_papers_is_one_effect_and_no_two(two_rigs):
+    """Ehsan and Scanlan's: a form of one part gains less, and a loss of coherence stood beside it."""
+    found = diagnose(load_campaign(two_rigs("ehsan-scanlan")))
+    assert found.found == ("aerodynamic_damping_nonlinearity",)
+    assert found.final.hypothesis.variants[-1].together
 
 
 def test_a_promise_is_the_gain_of_a_small_effect(clean):
@@ -216,8 +249,6 @@ def test_what_is_in_no_catalogue_is_unknown(name):
      ("pendulum-air-drag", "structural_damping_nonlinearity")],
 )  # fmt: skip
 def test_measured_decays(shared_data, folder, effect):
-    from scruton.campaign import load_campaign
-
     assert diagnose(load_campaign(shared_data(folder))).verdict == effect
 
 

@@ -32,6 +32,9 @@ from scruton.dynamics.effects.terms import Belongs, Layout, Term, compact
 SAME_SPEED = 5e-3  # relative: wind speeds are known no better, and reduced velocities that differ by less are one
 
 
+_POWERS = {Term.AERO_SQUARE: "A^2", Term.AERO_FOURTH: "A^4"}
+
+
 def _in_wind(layout: Layout) -> Scope:
     return Scope(Extent.IN_WIND, layout.in_wind())
 
@@ -60,17 +63,18 @@ def _saturating(layout: Layout, form: str, weight: float = 1.0) -> Variant:
     return Variant(form, (_critical(scope, 0.2, 0.04, 0.12, 0.4),), _incoherent, scope, weight)
 
 
-def _of_another_law(layout: Layout) -> Variant:
-    """Growth in proportion to the amplitude that its square ends, as in Ehsan and Scanlan's law, beside the paper's."""
-    scope, square = _in_wind(layout), adding(size=Term.AERO_SQUARE)
+def _of_another_law(layout: Layout, power: Term, weight: float) -> Variant:
+    """Growth in proportion to the amplitude that an even power of it ends, as in Ehsan and Scanlan's law."""
+    scope, beside = _in_wind(layout), adding(size=power)
 
     def apply(table: FloatArray, values: Values, layout: Layout) -> None:
-        square(table, values, layout)
-        # A_c is that of a unit of the part in A^2: nothing is left of the form without its size
+        beside(table, values, layout)
+        # A_c is that of a unit of the power's part: nothing is left of the form without its size
         _incoherent(table, {**values, "amplitude": values["amplitude"] * values["size"]}, layout)
 
     parameters = (size_prior("size", scope.members, positive=True), _critical(scope, 1.0, 0.3, 1.0, 3.0))
-    return Variant("drive saturates as 1 - exp(-A/A_c), beside a part in A^2", parameters, apply, scope, 0.5)
+    form = f"drive saturates as 1 - exp(-A/A_c), beside a part in {_POWERS[power]}"
+    return Variant(form, parameters, apply, scope, weight, together=True)
 
 
 def _coherence(layout: Layout) -> list[Variant]:
@@ -87,7 +91,8 @@ def _of_higher_order(layout: Layout) -> list[Variant]:
         sized("a part in A^4 of the aerodynamic damping", adding(size=fourth), scope, weight=0.7),
         # A wake that falls out of step at small amplitude loses its drive as a span does whose parts no longer agree.
         _saturating(layout, "a wake out of step at small amplitude: drive saturates as 1 - exp(-A/A_c)", 0.4),
-        _of_another_law(layout),
+        _of_another_law(layout, square, 0.5),
+        _of_another_law(layout, fourth, 0.4),
     ]
 
 
