@@ -24,7 +24,6 @@ from scruton.gap.thresholds import (
     NOTICED,
     QUICK_FITS,
     REPEATS,
-    TOGETHER_NATS,
 )
 
 
@@ -89,15 +88,6 @@ def weigh(
             least, most = sorted(max(gain, 0.0) for gain in (first.gain, kept[first.variant.effect]))
             needed = max(least - FIT_WITHIN, HOPELESS) - FIT_SHARE * most
             others += [test for test in ranked if test.gain >= needed]
-        told = {test.variant.identity for test in (*chosen, *others)}
-        others += [
-            test
-            for tests in tested
-            for test in tests
-            if test.variant.together
-            and kept.get(test.variant.effect, 0.0) > TOGETHER_NATS
-            and test.variant.identity not in told
-        ]
         if known is not None and known.variant is not None:
             others.append(ScoreTest(known.variant, 0.0, known.optimum))
         chosen, found = [*chosen, *others], [*found, *fits(others)]

@@ -8,8 +8,10 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import (
     DAMPING_RATIO,
+    DRIVE,
     FACTOR,
     FREQUENCY,
+    POWERS,
     REFERENCE,
     Apply,
     Effect,
@@ -30,9 +32,6 @@ from scruton.dynamics.effects.effect import (
 from scruton.dynamics.effects.terms import Belongs, Layout, Term, compact
 
 SAME_SPEED = 5e-3  # relative: wind speeds are known no better, and reduced velocities that differ by less are one
-
-
-_POWERS = {Term.AERO_SQUARE: "A^2", Term.AERO_FOURTH: "A^4"}
 
 
 def _in_wind(layout: Layout) -> Scope:
@@ -64,17 +63,21 @@ def _saturating(layout: Layout, form: str, weight: float = 1.0) -> Variant:
 
 
 def _of_another_law(layout: Layout, power: Term, weight: float) -> Variant:
-    """Growth in proportion to the amplitude that an even power of it ends, as in Ehsan and Scanlan's law."""
-    scope, beside = _in_wind(layout), adding(size=power)
+    """Growth in proportion to the amplitude that a power of it ends, as in Ehsan and Scanlan's law, not the paper's.
+
+    A share w of the drive c becomes c ((1 + 1/p) x - x^(p + 1)/p) with x = a/a0: at the reference amplitude a0 that is
+    c, and what relaxes there does so as fast as under the paper's law.
+    """
+    scope, p, a0 = _in_wind(layout), POWERS[power], layout.reference_amplitude
 
     def apply(table: FloatArray, values: Values, layout: Layout) -> None:
-        beside(table, values, layout)
-        # A_c is that of a unit of the power's part: nothing is left of the form without its size
-        _incoherent(table, {**values, "amplitude": values["amplitude"] * values["size"]}, layout)
+        moved = values["share"] * table[:, :, Term.DRIVE]
+        add(table, Term.DRIVE, -moved)
+        add(table, Term.AERO, -(1.0 + 1.0 / p) * moved / a0)
+        add(table, power, moved / (p * a0 ** (p + 1)))
 
-    parameters = (size_prior("size", scope.members, positive=True), _critical(scope, 1.0, 0.3, 1.0, 3.0))
-    form = f"drive saturates as 1 - exp(-A/A_c), beside a part in {_POWERS[power]}"
-    return Variant(form, parameters, apply, scope, weight, together=True)
+    form = f"in the place of the drive, growth in proportion to the amplitude that a part in A^{p} ends"
+    return Variant(form, (size_prior("share", scope.members, scale=0.6, unit=DRIVE),), apply, scope, weight)
 
 
 def _coherence(layout: Layout) -> list[Variant]:
@@ -91,8 +94,7 @@ def _of_higher_order(layout: Layout) -> list[Variant]:
         sized("a part in A^4 of the aerodynamic damping", adding(size=fourth), scope, weight=0.7),
         # A wake that falls out of step at small amplitude loses its drive as a span does whose parts no longer agree.
         _saturating(layout, "a wake out of step at small amplitude: drive saturates as 1 - exp(-A/A_c)", 0.4),
-        _of_another_law(layout, square, 0.5),
-        _of_another_law(layout, fourth, 0.4),
+        *(_of_another_law(layout, power, 0.5) for power in (linear, square, fourth)),
     ]
 
 
@@ -272,7 +274,16 @@ EFFECTS = (
         "Aerodynamic damping beyond the law",
         "amplitude",
         Belongs.WIND,
-        (Term.AERO_LINEAR, Term.AERO_SQUARE, Term.AERO_FOURTH, Term.COHERENCE, Term.GUST, Term.SET_POINT),
+        (
+            Term.AERO,
+            Term.DRIVE,
+            Term.AERO_LINEAR,
+            Term.AERO_SQUARE,
+            Term.AERO_FOURTH,
+            Term.COHERENCE,
+            Term.GUST,
+            Term.SET_POINT,
+        ),
         DAMPING_RATIO,
         _of_higher_order,
     ),

@@ -165,8 +165,6 @@ class Variant:
         Name of the parameter that tells how large the effect is; the first by default.
     scan : str
         Name of a parameter in which the likelihood has many optima: a grid is searched before the climb.
-    together : bool
-        Whether its parts show together alone: what one of them promises says nothing of both.
     seen : float
         Log likelihood ratio of what the records show of it beside amplitude, phase and third harmonic [nats].
     effect : str
@@ -180,7 +178,6 @@ class Variant:
     weight: float = 1.0
     size: str = ""
     scan: str = ""
-    together: bool = False
     seen: float = 0.0
     effect: str = ""
 
