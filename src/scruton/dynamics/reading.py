@@ -53,7 +53,10 @@ def saturated_reading(a, level, soft):  # type: ignore[no-untyped-def]
     s = np.sqrt(1.0 - rho * rho)
     share = 2.0 / np.pi * (np.arcsin(rho) + rho * s)
     slope = 2.0 / np.pi * (np.arcsin(rho) - rho * s)
-    return a * share, slope, -4.0 / (3.0 * np.pi) * rho * s * s * s
+    third = -4.0 / (3.0 * np.pi) * rho * s * s * s
+    if soft < -0.5:  # one side alone: the other shows the motion as it is
+        share, slope, third = 0.5 * (1.0 + share), 0.5 * (1.0 + slope), 0.5 * third
+    return a * share, slope, third
 
 
 @njit(cache=True)

@@ -25,7 +25,8 @@ from scruton.dynamics.effects.effect import (
 from scruton.dynamics.effects.terms import Belongs, Layout, Term, compact
 
 # Saturation: kind, and level over the largest reading.
-_KINDS = (("hard", 0.0, 0.95), ("rounded", 2.0, 1.0), ("soft", 1.0, 1.6))
+_ONE_SIDE = -1.0
+_KINDS = (("hard", 0.0, 0.95), ("one-sided hard", _ONE_SIDE, 0.85), ("rounded", 2.0, 1.0), ("soft", 1.0, 1.6))
 # A change of the wind by s changes the damping by s (2 lambda - l), of which lambda or a little more is usual, so that
 # 0.2 of the wind is what 0.3 of the relaxation damping is.
 _WIND_SCALE = 0.2
@@ -196,14 +197,19 @@ def _cut_off(layout: Layout) -> list[Variant]:
         inside = (layout.rig == rig) & ((layout.largest <= level) | np.isin(np.arange(shown.size), list(seen)))
         shown[inside] = level
 
-    def apply(table: FloatArray, values: Values, layout: Layout) -> None:
-        del layout
-        table[:, :, Term.CLIP] = values["level"] * shown
+    def cut(kind: float) -> Apply:
+        def apply(table: FloatArray, values: Values, layout: Layout) -> None:
+            del layout
+            table[:, :, Term.CLIP] = values["level"] * shown
+            table[:, :, Term.CLIP_SOFT] = np.where(values["level"] > 0.0, kind, 0.0)
+
+        return apply
 
     scope = Scope(Extent.GROUPS, compact(np.where(shown > 0.0, layout.rig, -1)), "where the waves are cut off")
     level = Parameter("level", 0.0, _SHOWN, scope.members, log=True, unit="extreme reading")
     nats = sum(nats for _, nats in layout.cut_off.values())
-    return [Variant("hard saturation {scope}", (level,), apply, scope, seen=nats)]
+    forms = {"hard saturation {scope}": 0.0, "hard saturation on one side {scope}": _ONE_SIDE}
+    return [Variant(form, (level,), cut(kind), scope, 0.5, seen=nats) for form, kind in forms.items()]
 
 
 def _clipped(layout: Layout) -> list[Variant]:
@@ -214,10 +220,11 @@ def _clipped(layout: Layout) -> list[Variant]:
     if np.unique(layout.rig).size > 1:
         choices += [("of every rig ", True, scope) for scope in scopes(layout, rigs)]
     choices += [("", False, scope) for scope in scopes(layout, single)]
+    whole = [one for one in choices if one[2].extent in (Extent.EVERYWHERE, Extent.EACH_RIG)]
     variants = _cut_off(layout)
     for form, kind, centre in _KINDS:
         log, starts = float(np.log(centre)), tuple(float(np.log(centre * x)) for x in (0.97, 0.8))
-        for whose, by_rig, scope in choices:
+        for whose, by_rig, scope in whole if kind == _ONE_SIDE else choices:
             level = Parameter("level", log, 0.4, scope.members, log=True, unit="largest reading", starts=starts)
             text = f"{form} saturation {whose}{{scope}}"
             variants.append(Variant(text, (level,), _clip(kind, by_rig), scope, scope.weight))

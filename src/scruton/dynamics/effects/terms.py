@@ -68,7 +68,7 @@ class Term(IntEnum):
     FORCE_RATE = 17, _WIND  # circular frequency of the shedding minus that of the demodulation [rad/s]
     GAIN = 18, _SENSOR  # reading over truth, minus 1
     CLIP = 19, _SENSOR  # level of saturation; 0: none
-    CLIP_SOFT = 20, _SENSOR  # 0: hard, 1: tanh, 2: z/(1 + z^8)^(1/8)
+    CLIP_SOFT = 20, _SENSOR  # -1: hard on one side, 0: on both, 1: tanh, 2: z/(1 + z^8)^(1/8)
     SCATTER = 21, _WIND  # q [amplitude/s^0.5]
     NOISE = 22, _SENSOR  # factor on standard errors
     DETUNING = 23, _RIG  # frequency over that of the demodulation, minus 1
