@@ -69,7 +69,7 @@ def test_a_record_keeps_its_rounding():
         record(),
         record(steady=0.02),  # a line that lasts is no free vibration
         record(OtherMode(2.1, 0.25, 0.08 + 0j)),  # so large it is a motion of two modes
-        record(OtherMode(10.05, 0.25, 0.02 + 0j)),  # a harmonic of the motion
+        record(OtherMode(10.02, 0.25, 0.02 + 0j)),  # a harmonic of the motion
         record(OtherMode(2.1, 2.0, 0.02 + 0j)),  # damped so much it is no vibration
         replace(record(MODE), band=(3.0, 7.0)),
     ],

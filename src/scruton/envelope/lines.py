@@ -79,6 +79,12 @@ def beside_motion(time: FloatArray, response: FloatArray, cycles: Cycles) -> tup
     t, y = time[inside], response[inside]
     if not t.size:
         return t, y
+    columns = np.column_stack([np.ones_like(t), harmonics(t, cycles)])
+    return t, y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]
+
+
+def harmonics(t: FloatArray, cycles: Cycles) -> FloatArray:
+    """The motion, smooth over some cycles, and its first two harmonics in and out of phase, at times within, (N, 6)."""
     z = cycles.amplitude * np.exp(1j * cycles.phase)
     kernel = np.hanning(7)[1:-1]
     kernel /= kernel.sum()
@@ -87,8 +93,7 @@ def beside_motion(time: FloatArray, response: FloatArray, cycles: Cycles) -> tup
     a = np.interp(t, cycles.time, np.abs(smooth))
     phase = np.interp(t, cycles.time, np.unwrap(np.angle(smooth)))
     theta = 2.0 * np.pi * cycles.reference_frequency * (t - cycles.begin) + phase
-    columns = np.stack([np.ones_like(t), *(f(k * theta) * a for k in (1, 2, 3) for f in (np.cos, np.sin))], axis=1)
-    return t, y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]
+    return np.stack([f(k * theta) * a for k in (1, 2, 3) for f in (np.cos, np.sin)], axis=1)
 
 
 def _near(cycles: Cycles) -> Line | None:

@@ -15,7 +15,7 @@ from scruton.arrays import BoolArray, ComplexArray, FloatArray
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Record
 from scruton.envelope.flat_tops import flat_sides
-from scruton.envelope.lines import WANDER, beside_motion, mains_seen
+from scruton.envelope.lines import WANDER, harmonics, mains_seen
 from scruton.envelope.sampling import quantum_of, sampling
 from scruton.envelope.thresholds import (
     CUT_OFF,
@@ -84,14 +84,16 @@ def other_modes(record: Record, cycles: Cycles) -> tuple[OtherMode, ...]:
 
     The smaller ones beside a large one have to wait until it is gone: it moves the amplitude of every cycle, too.
     """
-    time, rest = beside_motion(record.time, record.response, cycles)
-    time, rest = time[:_LONGEST], rest[:_LONGEST]
-    if time.size < _FEWEST:
+    end = cycles.time[-1] + 0.5 / cycles.reference_frequency
+    inside = np.flatnonzero((record.time >= cycles.begin) & (record.time <= end))[:_LONGEST]
+    if inside.size < _FEWEST:
         return ()
-    begin, step, motion = cycles.begin, sampling(record.time).step, float(np.max(cycles.smoothed()))
-    t = np.arange(time[0] - begin, time[-1] - begin, step)
-    left = np.interp(t, time - begin, rest)
-    now = _Rest(t, left - np.polynomial.Polynomial.fit(t, left, _DRIFT)(t), cycles.reference_frequency)
+    time = record.time[inside]
+    t = np.arange(time[0], time[-1], sampling(record.time).step)
+    drift = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, t.size), _DRIFT)
+    known = np.linalg.qr(np.column_stack([drift, harmonics(t, cycles)]))[0]
+    now = _Rest(t - cycles.begin, np.interp(t, time, record.response[inside]), cycles.reference_frequency, known)
+    now, motion = replace(now, left=now.beside(now.left)), float(np.max(cycles.smoothed()))
     found: list[OtherMode] = []
     for _ in range(MODES):
         mode = now.largest()
@@ -122,11 +124,20 @@ def told(record: Record, modes: Sequence[OtherMode]) -> Remark:
 
 @dataclass(frozen=True, eq=False)
 class _Rest:
-    """What is left beside a motion of frequency `f` [Hz], at equal steps `t` from where its cycles begin [s], (N,)."""
+    """What is left beside a motion of frequency `f` [Hz], at equal steps `t` from where its cycles begin [s], (N,).
+
+    `known` is what may be in the record anyhow, the motion with its harmonics and a drift, orthonormal, (N, K): modes
+    are fitted together with it.
+    """
 
     t: FloatArray
     left: FloatArray
     f: float
+    known: FloatArray
+
+    def beside(self, x: FloatArray) -> FloatArray:
+        """What of (N, ...) is none of what is known."""
+        return np.asarray(x - self.known @ (self.known.T @ x))
 
     @cached_property
     def size(self) -> int:
@@ -154,7 +165,7 @@ class _Rest:
         return np.asarray(np.abs(np.fft.rfft(self.left * fall, self.size)) ** 2 / np.sum(fall**2))
 
     def less(self, mode: OtherMode) -> "_Rest":
-        return replace(self, left=self.left - mode.motion(self.t))
+        return replace(self, left=self.left - self.beside(mode.motion(self.t)))
 
     def largest(self) -> OtherMode | None:
         """The free vibration that explains most, None where there is none."""
@@ -169,12 +180,20 @@ class _Rest:
             return None
         pole = first = complex(-best[1], 2.0 * np.pi * self.frequency[best[2]])
         for _ in range(_STEPS):
-            amplitude, change = _fitted(self.t, self.left, pole)
+            amplitude, change = self.fitted(pole)
             if amplitude == 0.0 or abs(change) > _FARTHEST_STEP * first.imag:
                 return None
             pole += change
-        mode = OtherMode(pole.imag / (2.0 * np.pi), -pole.real, _fitted(self.t, self.left, pole)[0])
+        mode = OtherMode(pole.imag / (2.0 * np.pi), -pole.real, self.fitted(pole)[0])
         return mode if abs(pole - first) < _FARTHEST * first.imag and self._is_free(mode) else None
+
+    def fitted(self, pole: complex) -> tuple[complex, complex]:
+        """Amplitude of exp(pole t) in what is left, and by how much the pole has to change (Gauss-Newton)."""
+        wave: ComplexArray = np.exp(pole * self.t)
+        columns = np.stack([wave.real, -wave.imag, self.t * wave.real, -self.t * wave.imag], axis=1)
+        a, b, c, d = np.linalg.lstsq(self.beside(columns), self.left, rcond=None)[0].tolist()
+        amplitude = complex(a, b)
+        return amplitude, complex(c, d) / amplitude if amplitude else 0j
 
     def _is_free(self, mode: OtherMode) -> bool:
         """Whether a vibration dies away, is no more damped than a mode, and is what makes its line."""
@@ -192,12 +211,3 @@ class _Rest:
 def _by_chance(power: FloatArray, at: int) -> float:
     """The power that noise has about a place of a spectrum."""
     return max(float(np.median(power[at - at // 3 : at + at // 3 + 2])) / math.log(2.0), 1e-300)
-
-
-def _fitted(t: FloatArray, rest: FloatArray, pole: complex) -> tuple[complex, complex]:
-    """Amplitude of exp(pole t) in the rest, and by how much the pole has to change (Gauss-Newton)."""
-    wave: ComplexArray = np.exp(pole * t)
-    columns = np.stack([wave.real, -wave.imag, t * wave.real, -t * wave.imag], axis=1)
-    a, b, c, d = np.linalg.lstsq(columns, rest, rcond=None)[0].tolist()
-    amplitude = complex(a, b)
-    return amplitude, complex(c, d) / amplitude if amplitude else 0j

@@ -22,7 +22,7 @@ from scruton.report.conventions import (
 )
 from scruton.report.document import ALARM, CAUTION, Block, Callout, Chapter, Document, Table, numbered, paragraph
 from scruton.report.first_look_charts import griffin_pictures, record_pictures, ring_down_pictures
-from scruton.report.wording import PAGE, TERMINAL, Notation, how_many, unit_text, with_error
+from scruton.report.wording import PAGE, TERMINAL, Notation, how_many, percent, unit_text, with_error
 from scruton.report.wording import plain_number as number
 
 TEST_HEADER = ("test", "rig", "U [m/s]", "U/(f0 D)", "Sc", "peak")
@@ -254,5 +254,5 @@ def _row(record: Record, owner: str, quality: RecordQuality, notation: Notation,
         record.name, owner, record.kind.value, number(quality.duration), number(quality.sample_rate),
         str(quality.cycles), number(quality.frequency, 5), notation.range(ends, 3),
         number(quality.signal_to_noise, 3),
-        "-" if line is None else f"{number(line.frequency)} Hz, {100 * line.relative:.0f} %",
+        "-" if line is None else f"{number(line.frequency)} Hz, {percent(line.relative, 1)}",
     )  # fmt: skip
