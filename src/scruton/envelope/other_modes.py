@@ -159,7 +159,7 @@ class _Rest:
             allowed &= np.abs(self.frequency - hum) > WANDER + 1.0 / length
         return np.asarray(allowed)
 
-    def powers(self, rate: float = 0.0) -> FloatArray:
+    def powers(self, rate: float) -> FloatArray:
         """By frequency, what a vibration that decays at a rate [1/s] would explain."""
         fall = np.exp(-rate * self.t)
         return np.asarray(np.abs(np.fft.rfft(self.left * fall, self.size)) ** 2 / np.sum(fall**2))
@@ -203,7 +203,7 @@ class _Rest:
             return False
         width = max(4.0 / self.t[-1], 4.0 * mode.rate / (2.0 * np.pi), 0.05 * self.f)
         near = np.abs(self.frequency - mode.frequency) < width
-        before, after = self.powers(), self.less(mode).powers()
+        before, after = self.powers(mode.rate), self.less(mode).powers(mode.rate)
         explained = np.sum(after[near]) < MODE_LEAVES * np.sum(before[near])
         return bool(explained and before[at] > MODE_NATS * _by_chance(after, at))
 
