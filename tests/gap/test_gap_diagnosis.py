@@ -102,8 +102,8 @@ def test_a_mode_that_the_release_sets_going_is_no_gap_unless_it_is_large(clean, 
 
     def shaken(records):
         motions = {
-            one.name: OtherMode(2.3 * rig.frequency.mean, 1.2, size * np.ptp(one.response) / 2.0).motion(
-                one.time - one.time[0]
+            one.name: OtherMode(2.3 * rig.frequency.mean, 1.2, size * np.ptp(one.response) / 2.0, one.time[0]).motion(
+                one.time
             )
             for one, rig, _ in campaign.records()
             if one.kind in (Kind.DECAY, Kind.FREE_DECAY)

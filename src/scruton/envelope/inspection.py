@@ -133,7 +133,9 @@ def usable(
     campaign, cycles = _sifted(campaign if clipped else unclipped(unspoiled(campaign)), source, strict, plucks)
     tuned = retuned(campaign, cycles, refuse=plucks)
     if tuned is not campaign:
+        before = cycles
         campaign, cycles = _sifted(tuned, source, strict, plucks)
+        cycles = {name: replace(one, released=(*before[name].released, *one.released)) for name, one in cycles.items()}
     return (campaign, cycles) if clipped else _risen(campaign, cycles)
 
 

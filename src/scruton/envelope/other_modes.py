@@ -16,9 +16,10 @@ from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Record
 from scruton.envelope.flat_tops import flat_sides
 from scruton.envelope.lines import WANDER, harmonics, mains_seen
-from scruton.envelope.sampling import quantum_of, sampling
+from scruton.envelope.sampling import sampling
 from scruton.envelope.thresholds import (
     CUT_OFF,
+    GAP,
     MODE_APART,
     MODE_DAMPING,
     MODE_FALLS,
@@ -35,7 +36,12 @@ OTHER_MODE = "other mode"  # kind of the remarks
 _LONGEST = 2**17  # samples that are looked at
 _RATES = np.geomspace(0.5, 64.0, 8)  # of decay, per length of the record
 _LOWEST, _HIGHEST = 0.08, 0.4  # frequencies that are looked at: of the motion's, and of the sample rate
+_ORDERS = 12  # of harmonics
+_FEW_CYCLES = 9  # whose mean frequency counts
+_STRONG, _WANDERS = 0.1, (0.02, 0.98)  # of the largest amplitude; quantiles of the frequency above it
 _STEPS, _FARTHEST_STEP, _FARTHEST = 8, 0.3, 0.1  # of refining a pole, and how far it may move, of its frequency
+_TRIES = 3  # of lines, largest first, of which one may be none
+_EXPONENTS = (-50.0, 700.0)  # of what falls within a record
 _ROUNDS = 3  # of looking at what is left
 _BESIDE = 0.3  # of the largest, that another has to have to be taken out with it
 _SAME = 0.03  # of the frequency, by which one mode's may be off in the first round
@@ -72,7 +78,7 @@ def without_other_modes(record: Record, cycles: Cycles, again: Callable[[Record]
             side.nats > CUT_OFF for side in flat_sides(record.time, record.response, cycles.reference_frequency)
         ):
             return record, cycles
-        left = without_modes(left, told, modes)
+        left = replace(left, response=left.response - np.sum([mode.motion(left.time) for mode in modes], axis=0))
         told = again(left)
         # what is left of one that was taken out already is none of its own
         known += tuple(one for one in modes if all(abs(one.frequency / k.frequency - 1.0) > _SAME for k in known))
@@ -84,16 +90,10 @@ def other_modes(record: Record, cycles: Cycles) -> tuple[OtherMode, ...]:
 
     The smaller ones beside a large one have to wait until it is gone: it moves the amplitude of every cycle, too.
     """
-    end = cycles.time[-1] + 0.5 / cycles.reference_frequency
-    inside = np.flatnonzero((record.time >= cycles.begin) & (record.time <= end))[:_LONGEST]
-    if inside.size < _FEWEST:
+    now = _rest(record, cycles)
+    if now is None:
         return ()
-    time = record.time[inside]
-    t = np.arange(time[0], time[-1], sampling(record.time).step)
-    drift = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, t.size), _DRIFT)
-    known = np.linalg.qr(np.column_stack([drift, harmonics(t, cycles)]))[0]
-    now = _Rest(t - cycles.begin, np.interp(t, time, record.response[inside]), cycles.reference_frequency, known)
-    now, motion = replace(now, left=now.beside(now.left)), float(np.max(cycles.smoothed()))
+    motion = float(np.max(cycles.smoothed()))
     found: list[OtherMode] = []
     for _ in range(MODES):
         mode = now.largest()
@@ -101,16 +101,9 @@ def other_modes(record: Record, cycles: Cycles) -> tuple[OtherMode, ...]:
         least = max(MODE_SIZES[0], _BESIDE * found[0].relative if found else 0.0)
         if mode is None or not least < size < MODE_SIZES[1]:
             break
-        found.append(replace(mode, relative=size))
         now = now.less(mode)
+        found.append(replace(mode, since=cycles.begin, relative=size))
     return tuple(found)
-
-
-def without_modes(record: Record, cycles: Cycles, modes: Sequence[OtherMode]) -> Record:
-    """The record less these vibrations, in steps of its rounding, which it keeps."""
-    motion = np.sum([mode.motion(record.time - cycles.begin) for mode in modes], axis=0)
-    quantum = quantum_of(record.response)
-    return replace(record, response=record.response - (quantum * np.round(motion / quantum) if quantum else motion))
 
 
 def told(record: Record, modes: Sequence[OtherMode]) -> Remark:
@@ -122,22 +115,52 @@ def told(record: Record, modes: Sequence[OtherMode]) -> Remark:
     return Remark(Severity.NOTE, OTHER_MODE, "record", record.name, text, f"{what.format('{} ')} (taken out)", largest)
 
 
+def _rest(record: Record, cycles: Cycles) -> "_Rest | None":
+    """What a record holds beside its motion, None of one that is too short."""
+    end = cycles.time[-1] + 0.5 / cycles.reference_frequency
+    inside = np.flatnonzero((record.time >= cycles.begin) & (record.time <= end))[:_LONGEST]
+    if inside.size < _FEWEST:
+        return None
+    time, step = record.time[inside], sampling(record.time).step
+    t = time[0] + step * np.arange(min(int((time[-1] - time[0]) / step) + 1, _LONGEST))
+    after = np.clip(np.searchsorted(time, t), 1, time.size - 1)
+    held = time[after] - time[after - 1] < GAP * step
+    drift = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, t.size), _DRIFT)
+    waves = harmonics(t, cycles)
+    level = np.hypot(waves[:, 0], waves[:, 1]) / float(np.max(cycles.smoothed()))
+    # a sensor or a spring that bends makes harmonics of any share, by the amplitude
+    bent = (waves[:, 2:] * level[:, None] ** power for power in (1, 2, 3))
+    known = np.linalg.qr(held[:, None] * np.column_stack([drift, waves, *bent]))[0]
+    few = min(_FEW_CYCLES, cycles.time.size)
+    means = np.convolve(cycles.frequency, np.ones(few) / few, mode="valid")
+    strong = np.convolve(cycles.amplitude, np.ones(few) / few, mode="valid") > _STRONG * np.max(cycles.amplitude)
+    low, high = np.quantile(means[strong], _WANDERS).tolist() if strong.any() else 2 * [cycles.reference_frequency]
+    rest = _Rest(t - cycles.begin, held * np.interp(t, time, record.response[inside]), held, known, (low, high))
+    return replace(rest, left=rest.beside(rest.left))
+
+
 @dataclass(frozen=True, eq=False)
 class _Rest:
-    """What is left beside a motion of frequency `f` [Hz], at equal steps `t` from where its cycles begin [s], (N,).
+    """What is left beside a motion, at equal steps `t` from where its cycles begin [s], (N,); zero where not `held`.
 
     `known` is what may be in the record anyhow, the motion with its harmonics and a drift, orthonormal, (N, K): modes
-    are fitted together with it.
+    are fitted together with it.  `range` is that of the motion's frequency [Hz].
     """
 
     t: FloatArray
     left: FloatArray
-    f: float
+    held: BoolArray
     known: FloatArray
+    range: tuple[float, float]
 
     def beside(self, x: FloatArray) -> FloatArray:
-        """What of (N, ...) is none of what is known."""
+        """What of (N, ...) is recorded, and none of what is known."""
+        x = (x.T * self.held).T
         return np.asarray(x - self.known @ (self.known.T @ x))
+
+    @property
+    def sample_rate(self) -> float:
+        return 1.0 / float(self.t[1] - self.t[0])
 
     @cached_property
     def size(self) -> int:
@@ -149,46 +172,67 @@ class _Rest:
 
     @cached_property
     def allowed(self) -> BoolArray:
-        """Frequencies that another mode may have: away from the motion, its harmonics and the mains."""
-        length, rate = float(self.t[-1]), 1.0 / float(self.t[1] - self.t[0])
-        order = np.round(self.frequency / self.f)
-        apart = np.where(order == 1, MODE_APART, MODE_OF_HARMONIC) * self.f
-        allowed = (self.frequency > max(MODE_TURNS / length, _LOWEST * self.f)) & (self.frequency < _HIGHEST * rate)
-        allowed &= (np.abs(self.frequency - order * self.f) > apart) | (order == 0)
-        for hum in mains_seen(rate).values():
-            allowed &= np.abs(self.frequency - hum) > WANDER + 1.0 / length
-        return np.asarray(allowed)
+        """Frequencies that another mode may have: away from the motion and the mains."""
+        low, high = self.range
+        allowed = (self.frequency > max(MODE_TURNS / self.t[-1], _LOWEST * low)) & (
+            self.frequency < _HIGHEST * self.sample_rate
+        )
+        allowed &= (self.frequency < (1.0 - MODE_APART) * low) | (self.frequency > (1.0 + MODE_APART) * high)
+        for hum in mains_seen(self.sample_rate).values():
+            allowed &= np.abs(self.frequency - hum) > WANDER + 1.0 / self.t[-1]
+        return np.asarray(allowed & ~self.harmonic(self.frequency))
+
+    def harmonic(self, frequency: FloatArray) -> BoolArray:
+        """Whether lines may be harmonics of the motion, as themselves or folded, wherever that wanders."""
+        found = np.zeros(np.shape(frequency), dtype=bool)
+        for order in range(2, _ORDERS + 1):
+            ends = [abs(order * f - self.sample_rate * round(order * f / self.sample_rate)) for f in self.range]
+            margin = MODE_OF_HARMONIC * order * self.range[0]
+            found |= (frequency > min(ends) - margin) & (frequency < max(ends) + margin)
+        return found
 
     def powers(self, rate: float) -> FloatArray:
         """By frequency, what a vibration that decays at a rate [1/s] would explain."""
         fall = np.exp(-rate * self.t)
-        return np.asarray(np.abs(np.fft.rfft(self.left * fall, self.size)) ** 2 / np.sum(fall**2))
+        return np.asarray(np.abs(np.fft.rfft(self.left * fall, self.size)) ** 2 / np.sum((self.held * fall) ** 2))
 
     def less(self, mode: OtherMode) -> "_Rest":
         return replace(self, left=self.left - self.beside(mode.motion(self.t)))
 
     def largest(self) -> OtherMode | None:
         """The free vibration that explains most, None where there is none."""
-        if not self.allowed.any():
-            return None
-        best = (0.0, 0.0, 0)
-        for rate in _RATES / self.t[-1]:
-            power = self.powers(rate)
-            at = int(np.argmax(np.where(self.allowed, power, 0.0)))
-            best = max(best, (float(power[at]) / _by_chance(power, at), rate, at))
-        if best[0] < _PROMISES * MODE_NATS:
-            return None
-        pole = first = complex(-best[1], 2.0 * np.pi * self.frequency[best[2]])
+        allowed = self.allowed.copy()
+        for _ in range(_TRIES):
+            best = (0.0, 0.0, 0)
+            for rate in _RATES / self.t[-1]:
+                power = self.powers(rate)
+                at = int(np.argmax(np.where(allowed, power, 0.0)))
+                best = max(best, (float(power[at]) / _by_chance(power, at), rate, at))
+            if not allowed.any() or best[0] < _PROMISES * MODE_NATS:
+                break
+            first = complex(-best[1], 2.0 * np.pi * self.frequency[best[2]])
+            mode = self._climbed(first)
+            if mode is not None and self._is_free(mode):
+                return mode
+            allowed &= np.abs(self.frequency - self.frequency[best[2]]) > _FARTHEST * self.frequency[best[2]]
+        return None
+
+    def _climbed(self, first: complex) -> OtherMode | None:
+        """The vibration whose pole is nearest, None where the search leads away."""
+        pole = first
         for _ in range(_STEPS):
             amplitude, change = self.fitted(pole)
             if amplitude == 0.0 or abs(change) > _FARTHEST_STEP * first.imag:
                 return None
             pole += change
-        mode = OtherMode(pole.imag / (2.0 * np.pi), -pole.real, self.fitted(pole)[0])
-        return mode if abs(pole - first) < _FARTHEST * first.imag and self._is_free(mode) else None
+        if abs(pole - first) > _FARTHEST * first.imag:
+            return None
+        return OtherMode(pole.imag / (2.0 * np.pi), -pole.real, self.fitted(pole)[0])
 
     def fitted(self, pole: complex) -> tuple[complex, complex]:
-        """Amplitude of exp(pole t) in what is left, and by how much the pole has to change (Gauss-Newton)."""
+        """Amplitude of exp(pole t) in what is left, and by how much the pole is off (Gauss-Newton); 0 of no mode."""
+        if not _EXPONENTS[0] < -pole.real * self.t[-1] < _EXPONENTS[1]:
+            return 0j, 0j
         wave: ComplexArray = np.exp(pole * self.t)
         columns = np.stack([wave.real, -wave.imag, self.t * wave.real, -self.t * wave.imag], axis=1)
         a, b, c, d = np.linalg.lstsq(self.beside(columns), self.left, rcond=None)[0].tolist()
@@ -201,7 +245,7 @@ class _Rest:
         dies = mode.rate * self.t[-1] > MODE_FALLS and mode.rate < MODE_DAMPING * 2.0 * np.pi * mode.frequency
         if not (dies and self.allowed[at]):
             return False
-        width = max(4.0 / self.t[-1], 4.0 * mode.rate / (2.0 * np.pi), 0.05 * self.f)
+        width = max(4.0 / self.t[-1], 4.0 * mode.rate / (2.0 * np.pi), 0.05 * self.range[0])
         near = np.abs(self.frequency - mode.frequency) < width
         before, after = self.powers(mode.rate), self.less(mode).powers(mode.rate)
         explained = np.sum(after[near]) < MODE_LEAVES * np.sum(before[near])

@@ -44,12 +44,12 @@ BAND_LENGTH, BAND_SKIRT, BAND_OUTLIER = 6.0, 0.25, 8.0
 NEAR, OVERTOPS = 0.2, 30.0
 
 # Other modes that a release sets going, and that are taken out of a record: at most so many; nats over chance of each;
-# how far from the frequency, and from its harmonics, in parts of it; turns within the record; its amplitude over that
-# of the motion (a larger one is of a motion of two modes), and from where it is no mishap of a release; rates of decay
-# times the length of the record from which it dies away (below, it may last), and its largest damping ratio; the part
-# of its line that may be left.
+# how far from the frequency, and from its harmonics, in parts of these; turns within the record; its amplitude over
+# that of the motion (a larger one is of a motion of two modes), and from where it is no mishap of a release; rates of
+# decay times the length of the record from which it dies away (below, it may last), and its largest damping ratio; the
+# part of its line that may be left.
 MODES, MODE_NATS = 4, 30.0
-MODE_APART, MODE_OF_HARMONIC, MODE_TURNS = 0.15, 0.02, 4.0
+MODE_APART, MODE_OF_HARMONIC, MODE_TURNS = 0.15, 0.0075, 4.0
 MODE_SIZES, LARGE_MODE = (0.002, 0.1), 0.05
 MODE_FALLS, MODE_DAMPING, MODE_LEAVES = 0.3, 0.05, 0.2
 

@@ -11,7 +11,7 @@ from scruton.shown import fields_in_brief, shown
 
 @dataclass(frozen=True)
 class OtherMode:
-    """One free vibration.
+    """One free vibration beside the motion of a record.
 
     Attributes
     ----------
@@ -20,14 +20,17 @@ class OtherMode:
     rate : float
         It dies away as exp(-rate t) [1/s].
     amplitude : complex
-        Where the first cycle begins, with its phase: the motion is the real part of amplitude exp((i omega - rate) t).
+        Where it is first seen, with its phase: the motion is the real part of amplitude exp((i omega - rate) t).
+    since : float
+        When that is, by the record's clock [s].
     relative : float
-        Its amplitude over the largest of the motion.
+        Its amplitude there over the largest of the motion.
     """
 
     frequency: float
     rate: float
     amplitude: complex
+    since: float = 0.0
     relative: float = float("nan")
 
     @property
@@ -35,8 +38,9 @@ class OtherMode:
         """Whether it is more than a release sets going by chance."""
         return self.relative > LARGE_MODE
 
-    def motion(self, t: FloatArray) -> FloatArray:
-        """Its part of the record at these times, (N,) [s], from the first cycle on."""
+    def motion(self, time: FloatArray) -> FloatArray:
+        """Its part of the record at times by the record's clock, (N,) [s]."""
+        t = time - self.since
         pole = 2j * np.pi * self.frequency - self.rate
         return np.asarray((self.amplitude * np.exp(pole * np.maximum(t, 0.0))).real * (t >= 0.0))
 
@@ -66,7 +70,7 @@ class Cycles:
         Standard deviation of the broadband residual per sample, in the record's unit; of a record that holds only a
         band, that of white noise as strong as its own at the response's frequency.
     released : tuple of OtherMode
-        What was taken out of the record before, largest first.
+        What was taken out of the record before, largest first; of a fit that is loaded nobody knows any more.
     """
 
     time: FloatArray

@@ -164,7 +164,7 @@ def second_lines(campaign: Campaign, cycles: Mapping[str, Cycles]) -> tuple[Seco
 
 def _died(record: Record, mode: OtherMode, cycles: Cycles) -> SecondLine:
     """The line of a free vibration, as one of its power that lasts."""
-    squared = float(np.mean(mode.motion(record.time - cycles.begin) ** 2))
+    squared = float(np.mean(mode.motion(record.time) ** 2))
     nats = 0.5 * record.time.size * squared / cycles.noise_sd**2
     return SecondLine(record.name, mode.frequency, float(np.sqrt(2.0 * squared)), nats, dies=True)
 
