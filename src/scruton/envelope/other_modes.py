@@ -128,9 +128,8 @@ def _rest(record: Record, cycles: Cycles) -> "_Rest | None":
     drift = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, t.size), _DRIFT)
     waves = harmonics(t, cycles)
     level = np.hypot(waves[:, 0], waves[:, 1]) / float(np.max(cycles.smoothed()))
-    # a sensor or a spring that bends makes harmonics of any share, by the amplitude
-    bent = (waves[:, 2:] * level[:, None] ** power for power in (1, 2, 3))
-    known = np.linalg.qr(held[:, None] * np.column_stack([drift, waves, *bent]))[0]
+    bent = waves[:, 2:] * level[:, None] ** 2  # of a sensor or a spring, harmonics whose share follows the amplitude
+    known = np.linalg.qr(held[:, None] * np.column_stack([drift, waves, bent]))[0]
     few = min(_FEW_CYCLES, cycles.time.size)
     means = np.convolve(cycles.frequency, np.ones(few) / few, mode="valid")
     strong = np.convolve(cycles.amplitude, np.ones(few) / few, mode="valid") > _STRONG * np.max(cycles.amplitude)
