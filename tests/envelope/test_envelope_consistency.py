@@ -331,7 +331,6 @@ def test_the_shipped_examples_have_no_remark(name):
 MEASURED = {
     "bristol-heave": {  # released from a depth and more; a reading 11 D off zero; friction and a stiffening suspension
         "amplitude": (DOUBT, 2), "offset": (Severity.NOTE, 2), "frequency drift": (Severity.NOTE, 2),
-        "other mode": (Severity.NOTE, 1),
     },
     "cylinder-in-wind": {  # the edge of lock-in, where amplitudes beat; a second mode near 36 Hz
         "beat": (DOUBT, 5), "frequency drift": (Severity.NOTE, 11), "second line": (Severity.NOTE, 4),
