@@ -50,7 +50,7 @@ NEAR, OVERTOPS = 0.2, 30.0
 # part of its line that may be left.
 MODES, MODE_NATS = 4, 30.0
 MODE_APART, MODE_OF_HARMONIC, MODE_TURNS = 0.15, 0.0075, 4.0
-MODE_SIZES, LARGE_MODE = (0.002, 0.1), 0.05
+MODE_SIZES, LARGE_MODE = (0.002, 0.1), 0.07
 MODE_FALLS, MODE_DAMPING, MODE_LEAVES = 0.3, 0.05, 0.2
 
 # What is noted of a record by itself.
