@@ -163,7 +163,9 @@ class _Rest:
 
     @cached_property
     def size(self) -> int:
-        return 1 << int(np.ceil(np.log2(2 * self.t.size)))
+        from scipy.fft import next_fast_len
+
+        return int(next_fast_len(self.t.size, real=True))
 
     @cached_property
     def frequency(self) -> FloatArray:
