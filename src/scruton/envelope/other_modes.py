@@ -34,7 +34,7 @@ from scruton.envelope.types import Cycles, OtherMode
 
 OTHER_MODE = "other mode"  # kind of the remarks
 _LONGEST = 2**17  # samples that are looked at
-_RATES = np.geomspace(0.5, 64.0, 8)  # of decay, per length of the record
+_RATES = np.geomspace(0.5, 64.0, 5)  # of decay, per length of the record
 _LOWEST, _HIGHEST = 0.08, 0.4  # frequencies that are looked at: of the motion's, and of the sample rate
 _ORDERS = 12  # of harmonics
 _FEW_CYCLES = 9  # whose mean frequency counts
