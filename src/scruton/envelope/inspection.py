@@ -1,6 +1,6 @@
 """A campaign with what its records show: what remarks rest on."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -136,17 +136,17 @@ def usable(
         before = cycles
         campaign, cycles = _sifted(tuned, source, strict, plucks)
         cycles = {name: replace(one, released=(*before[name].released, *one.released)) for name, one in cycles.items()}
-    return (campaign, cycles) if clipped else _risen(campaign, cycles)
+    return (campaign, cycles) if clipped else _risen(campaign, cycles, source)
 
 
-def _risen(campaign: Campaign, cycles: Mapping[str, Cycles]) -> tuple[Campaign, dict[str, Cycles]]:
+def _risen(campaign: Campaign, cycles: dict[str, Cycles], source: str) -> tuple[Campaign, dict[str, Cycles]]:
     """Growths from their lowest cycle on, where they fall far before they grow, and the remarks that say so.
 
     A body that is released out of step with its wake works against it at first: no damping that depends on the
     amplitude alone lets it pass one amplitude in both directions.
     """
-    found, remarks = dict(cycles), []
-    for record, _, _ in campaign.records():
+    found, remarks, cut = dict(cycles), list(campaign.remarks), dict[str, Record]()
+    for record, rig, _ in campaign.records():
         if record.kind is not Kind.GROWTH:
             continue
         track = found[record.name]
@@ -155,11 +155,25 @@ def _risen(campaign: Campaign, cycles: Mapping[str, Cycles]) -> tuple[Campaign, 
             continue
         part = float(track.amplitude[lowest] / track.amplitude[0])
         if part < FALLS:
-            found[record.name] = track.part(slice(lowest, None))
+            left = record.time >= track.part(slice(lowest, None)).begin
+            cut[record.name] = replace(record, time=record.time[left], response=record.response[left])
+            again = record_cycles(cut[record.name], rig.frequency.mean, source)
+            found[record.name] = replace(again, released=track.released)
             alike = "falls to {} of its first amplitude before it grows, and is used from there on"
             told = f"{alike.format(f'{part:.0%}')} (a body released out of step with its wake)."
             remarks.append(Remark(Severity.DOUBT, "falls", "record", record.name, told, f"{alike},", part))
-    return (replace(campaign, remarks=(*campaign.remarks, *remarks)) if remarks else campaign), found
+    return _with(campaign, cut, remarks) if cut else campaign, found
+
+
+def _with(campaign: Campaign, changed: Mapping[str, Record], remarks: Sequence[Remark]) -> Campaign:
+    """The campaign with some records, by name, in the place of those of before."""
+
+    def now(records: tuple[Record, ...]) -> tuple[Record, ...]:
+        return tuple(changed.get(record.name, record) for record in records)
+
+    rigs = tuple(replace(rig, records=now(rig.records)) for rig in campaign.rigs)
+    tests = tuple(replace(test, records=now(test.records)) for test in campaign.tests)
+    return replace(campaign, rigs=rigs, tests=tests, remarks=tuple(remarks))
 
 
 def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tuple[Campaign, dict[str, Cycles]]:
