@@ -145,7 +145,7 @@ def _risen(campaign: Campaign, cycles: dict[str, Cycles], source: str) -> tuple[
     A body that is released out of step with its wake works against it at first: no damping that depends on the
     amplitude alone lets it pass one amplitude in both directions.
     """
-    found, remarks, cut = dict(cycles), list(campaign.remarks), dict[str, Record]()
+    found, remarks, cut = dict(cycles), list[Remark](), dict[str, Record]()
     for record, rig, _ in campaign.records():
         if record.kind is not Kind.GROWTH:
             continue
@@ -166,14 +166,14 @@ def _risen(campaign: Campaign, cycles: dict[str, Cycles], source: str) -> tuple[
 
 
 def _with(campaign: Campaign, changed: Mapping[str, Record], remarks: Sequence[Remark]) -> Campaign:
-    """The campaign with some records, by name, in the place of those of before."""
+    """The campaign with some records, by name, in the place of those of before, and what is remarked of them."""
 
     def now(records: tuple[Record, ...]) -> tuple[Record, ...]:
         return tuple(changed.get(record.name, record) for record in records)
 
     rigs = tuple(replace(rig, records=now(rig.records)) for rig in campaign.rigs)
     tests = tuple(replace(test, records=now(test.records)) for test in campaign.tests)
-    return replace(campaign, rigs=rigs, tests=tests, remarks=tuple(remarks))
+    return replace(campaign, rigs=rigs, tests=tests, remarks=(*campaign.remarks, *remarks))
 
 
 def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tuple[Campaign, dict[str, Cycles]]:
@@ -181,7 +181,7 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
     cycles: dict[str, Cycles] = {}
     failures: dict[str, InputError] = {}
     cleared: dict[str, Record] = {}
-    remarks = list(campaign.remarks)
+    modes: list[Remark] = []
     clipped = {remark.name for remark in campaign.remarks if remark.kind == CLIPPED}
     for record, rig, test in campaign.records():
         try:
@@ -194,16 +194,18 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
             left, track = without_other_modes(record, track, again)
             if track.released:
                 cleared[record.name] = left
-                remarks.append(told(record, track.released))
+                modes.append(told(record, track.released))
             cycles[record.name] = track
         except InputError as error:
             found = error.found + (" beside the cycles that are clipped" if record.name in clipped else "")
             failures[record.name] = InputError(error.file, error.field, found, error.wanted)
-    if not failures and not cleared:
+    if cleared:
+        campaign = _with(campaign, cleared, modes)
+    if not failures:
         return campaign, cycles
 
     def kept(records: tuple[Record, ...]) -> tuple[Record, ...]:
-        return tuple(cleared.get(record.name, record) for record in records if record.name in cycles)
+        return tuple(record for record in records if record.name in cycles)
 
     rigs = tuple(replace(rig, records=kept(rig.records)) for rig in campaign.rigs)
     bare = [
@@ -215,11 +217,11 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
     in_wind = [record.name for record, _, test in campaign.records() if test is not None]
     if cycles and not needed and not any(name in cycles for name in in_wind):
         needed = in_wind
-    if failures and (strict or not cycles or needed):
+    if strict or not cycles or needed:
         raise failures[needed[0] if needed else next(iter(failures))]
-    remarks += [_set_aside(name, error) for name, error in failures.items()]
+    remarks = (*campaign.remarks, *(_set_aside(name, error) for name, error in failures.items()))
     tests = tuple(replace(test, records=kept(test.records)) for test in campaign.tests)
-    return replace(campaign, rigs=rigs, tests=tests, remarks=tuple(remarks)), cycles
+    return replace(campaign, rigs=rigs, tests=tests, remarks=remarks), cycles
 
 
 def _check_ring_down(record: Record, cycles: Cycles) -> None:

@@ -31,6 +31,7 @@ from scruton.envelope.thresholds import (
     MODES,
 )
 from scruton.envelope.types import Cycles, OtherMode
+from scruton.errors import InputError
 
 OTHER_MODE = "other mode"  # kind of the remarks
 _LONGEST = 2**17  # samples that are looked at
@@ -78,8 +79,12 @@ def without_other_modes(record: Record, cycles: Cycles, again: Callable[[Record]
             side.nats > CUT_OFF for side in flat_sides(record.time, record.response, cycles.reference_frequency)
         ):
             return record, cycles
-        left = replace(left, response=left.response - np.sum([mode.motion(left.time) for mode in modes], axis=0))
-        told = again(left)
+        less = replace(left, response=left.response - np.sum([mode.motion(left.time) for mode in modes], axis=0))
+        try:
+            told = again(less)
+        except InputError:  # without them nothing moves: they were the motion
+            break
+        left = less
         # what is left of one that was taken out already is none of its own
         known += tuple(one for one in modes if all(abs(one.frequency / k.frequency - 1.0) > _SAME for k in known))
     return left, replace(told, released=known)
