@@ -21,6 +21,7 @@ from scruton.gap.check import check, second_lines
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import diagnose, fit_null
 from scruton.gap.hypothesis import Hypothesis
+from scruton.gap.locate import locate
 from scruton.gap.null_model import null_model
 from scruton.gap.screen import Screen
 from scruton.gap.sizes import found_parameters
@@ -124,6 +125,8 @@ def test_a_law_that_is_not_the_papers_stands_in_its_place(two_rigs):
     share = found_parameters(found, "aerodynamic_damping_nonlinearity")["share"]
     assert "A^2" in share["form"]
     assert share["median"] == pytest.approx(1.0, abs=0.1)
+    place = next(one for one in locate(found) if one.effect)  # at the stable amplitude nothing is added
+    assert place.excess > 1e-4
 
 
 def test_a_promise_is_the_gain_of_a_small_effect(clean):

@@ -190,7 +190,7 @@ def _finding(placed: _Placed, records: np.ndarray) -> Finding | None:
     in_wind = np.flatnonzero(records & layout.wind)
     record = int(in_wind[0] if in_wind.size else np.flatnonzero(records)[0])
     span = amplitudes_of(data, records)
-    at = float(np.clip(layout.reference_amplitude, *span))
+    at = float(np.clip(placed.variant.read_at * layout.reference_amplitude, *span))
     value, sd = _size(placed, record, at, span)
     if value == 0.0 or not np.isfinite(sd) or not sd > 0.0:
         return None  # without an answer to its parameters: a rig that never reaches the level of clipping, say

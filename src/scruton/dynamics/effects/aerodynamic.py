@@ -77,7 +77,8 @@ def _of_another_law(layout: Layout, power: Term, weight: float) -> Variant:
         add(table, power, moved / (p * a0 ** (p + 1)))
 
     form = f"in the place of the drive, growth in proportion to the amplitude that a part in A^{p} ends"
-    return Variant(form, (size_prior("share", scope.members, scale=0.6, unit=DRIVE),), apply, scope, weight)
+    share = size_prior("share", scope.members, scale=0.6, unit=DRIVE)
+    return Variant(form, (share,), apply, scope, weight, read_at=0.5)
 
 
 def _coherence(layout: Layout) -> list[Variant]:

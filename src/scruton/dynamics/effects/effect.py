@@ -165,6 +165,8 @@ class Variant:
         Name of the parameter that tells how large the effect is; the first by default.
     scan : str
         Name of a parameter in which the likelihood has many optima: a grid is searched before the climb.
+    read_at : float
+        Amplitude at which its size is read, over the reference amplitude: another one where nothing is added there.
     seen : float
         Log likelihood ratio of what the records show of it beside amplitude, phase and third harmonic [nats].
     effect : str
@@ -178,6 +180,7 @@ class Variant:
     weight: float = 1.0
     size: str = ""
     scan: str = ""
+    read_at: float = 1.0
     seen: float = 0.0
     effect: str = ""
 
