@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-from scruton.dynamics.reading import saturated_reading
+from llvmlite.binding import get_host_cpu_name
 
 LONGEST = 12  # numbers that are kept one by one
 DIGITS = 10
@@ -69,14 +68,15 @@ def summary(numbers: np.ndarray, shape: tuple[int, ...], digits: int = DIGITS) -
 def arithmetic() -> str:
     """Tell machines apart that round in another order or by other instructions: a sampler's draws go other ways there.
 
-    Linear algebra, numpy's functions and compiled code: each has instructions of its own on another processor.
+    Linear algebra, numpy's functions and compiled code: each has instructions of its own on another processor, the last
+    those of its name.
     """
     a = np.sin(np.arange(120.0 * 120.0)).reshape(120, 120)
     parts = [a @ a.T, a @ a[0], np.linalg.cholesky(a @ a.T + 120.0 * np.eye(120)), np.linalg.solve(a + np.eye(120), a)]
     parts += [function(1.5 + a) for function in (np.exp, np.log, np.tanh, np.cos, np.arctan, np.cumsum, np.square)]
-    parts += [np.array([saturated_reading(x, 0.8, soft) for x in 1.5 + a[0] for soft in (0.0, 1.0, 2.0)])]
     parts += [np.einsum("ij,kj->ik", a, a), a.sum(axis=0), np.fft.rfft(a)]
-    return hashlib.sha256(b"".join(one.tobytes() for one in parts)).hexdigest()[:16]
+    numbers = b"".join(one.tobytes() for one in parts)
+    return hashlib.sha256(numbers + get_host_cpu_name().encode()).hexdigest()[:16]
 
 
 def form(value: Any) -> Any:
