@@ -11,7 +11,7 @@ from scruton.campaign import load_campaign
 from scruton.campaign.remarks import Severity
 from scruton.campaign.schema import Kind, Record
 from scruton.envelope.inspection import record_cycles, usable
-from scruton.envelope.other_modes import OTHER_MODE, OtherMode, told, without_other_modes
+from scruton.envelope.other_modes import OTHER_MODE, OtherMode, remark_on, without_other_modes
 
 RATE, F, LENGTH = 200.0, 5.0, 30.0
 MODE = OtherMode(2.1, 0.25, 0.02 * np.exp(0.7j))
@@ -79,7 +79,7 @@ def test_a_record_that_the_sensor_cuts_off_is_left_as_it_is():
 
 def test_the_remark_names_frequency_and_size():
     one = record(MODE)
-    text = told(one, found(one)).text
+    text = remark_on(one, found(one)).text
     assert re.match(r"another mode, (4|3\.9) % of the motion", text)
     assert "2.1 Hz" in text
 

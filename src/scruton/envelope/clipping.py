@@ -6,9 +6,8 @@ import numpy as np
 
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Campaign, Record
-from scruton.envelope.flat_tops import flat_sides
+from scruton.envelope.flat_tops import cut_off_sides
 from scruton.envelope.stillness import LeftOut, about, without_samples
-from scruton.envelope.thresholds import CUT_OFF
 
 CLIPPED = "clipped"  # kind of the remarks on records that are clipped
 
@@ -26,7 +25,7 @@ def _clipped(record: Record, frequency: float, unit: str) -> LeftOut | None:
     time = record.time
     if record.is_envelope or record.band is not None or time.size < 2 or not np.isfinite(record.response).all():
         return None
-    sides = [side for side in flat_sides(time, record.response, frequency) if side.nats > CUT_OFF]
+    sides = cut_off_sides(time, record.response, frequency)
     if not sides:
         return None
     at = time[np.any([side.at_top for side in sides], axis=0)]

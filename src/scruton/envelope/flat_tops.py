@@ -6,7 +6,7 @@ import numpy as np
 
 from scruton.arrays import BoolArray, FloatArray
 from scruton.envelope.sampling import quantum_of, run_lengths
-from scruton.envelope.thresholds import FINEST_QUANTUM, UNEVEN
+from scruton.envelope.thresholds import CUT_OFF, FINEST_QUANTUM, UNEVEN
 
 
 class FlatTop(NamedTuple):
@@ -60,6 +60,11 @@ def flat_top(time: FloatArray, response: FloatArray, frequency: float) -> FlatTo
     if total > 0.0:
         return FlatTop(sum(side.nats * side.level for side in sides) / total, total)
     return FlatTop(float(np.max(np.abs(response - np.mean(response)))), total)
+
+
+def cut_off_sides(time: FloatArray, response: FloatArray, frequency: float) -> list[Side]:
+    """The sides at which readings stand at an end of the range, and not by chance."""
+    return [side for side in flat_sides(time, response, frequency) if side.nats > CUT_OFF]
 
 
 def flat_sides(time: FloatArray, response: FloatArray, frequency: float) -> list[Side]:

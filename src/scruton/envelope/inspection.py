@@ -1,6 +1,6 @@
 """A campaign with what its records show: what remarks rest on."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -12,10 +12,10 @@ from scruton.campaign.schema import Campaign, Kind, Record, Rig, Test
 from scruton.envelope.clipping import CLIPPED, unclipped
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.natural_frequency import retuned
-from scruton.envelope.other_modes import told, without_other_modes
+from scruton.envelope.other_modes import remark_on, without_other_modes
 from scruton.envelope.quality import RecordQuality, assess
 from scruton.envelope.ringdown import RingDown, ring_down
-from scruton.envelope.stillness import moving, unspoiled
+from scruton.envelope.stillness import LeftOut, moving, unspoiled, without_samples
 from scruton.envelope.thresholds import FALLS, NYQUIST, STATED_SD
 from scruton.envelope.transient import front_end_cycles
 from scruton.envelope.types import Cycles
@@ -145,35 +145,30 @@ def _risen(campaign: Campaign, cycles: dict[str, Cycles], source: str) -> tuple[
     A body that is released out of step with its wake works against it at first: no damping that depends on the
     amplitude alone lets it pass one amplitude in both directions.
     """
-    found, remarks, cut = dict(cycles), list[Remark](), dict[str, Record]()
-    for record, rig, _ in campaign.records():
+
+    def fallen(record: Record, _frequency: float) -> LeftOut | None:
         if record.kind is not Kind.GROWTH:
-            continue
-        track = found[record.name]
+            return None
+        track = cycles[record.name]
         lowest = int(np.argmin(track.amplitude))
         if not 0 < lowest < track.amplitude.size // 2:
-            continue
+            return None
         part = float(track.amplitude[lowest] / track.amplitude[0])
-        if part < FALLS:
-            left = record.time >= track.part(slice(lowest, None)).begin
-            cut[record.name] = replace(record, time=record.time[left], response=record.response[left])
-            again = record_cycles(cut[record.name], rig.frequency.mean, source)
-            found[record.name] = replace(again, released=track.released)
-            alike = "falls to {} of its first amplitude before it grows, and is used from there on"
-            told = f"{alike.format(f'{part:.0%}')} (a body released out of step with its wake)."
-            remarks.append(Remark(Severity.DOUBT, "falls", "record", record.name, told, f"{alike},", part))
-    return _with(campaign, cut, remarks) if cut else campaign, found
+        if part >= FALLS:
+            return None
+        alike = "falls to {} of its first amplitude before it grows, and is used from there on"
+        told = f"{alike.format(f'{part:.0%}')} (a body released out of step with its wake)."
+        gone = record.time < track.part(slice(lowest, None)).begin
+        return gone, Remark(Severity.DOUBT, "falls", "record", record.name, told, f"{alike},", part)
 
-
-def _with(campaign: Campaign, changed: Mapping[str, Record], remarks: Sequence[Remark]) -> Campaign:
-    """The campaign with some records, by name, in the place of those of before, and what is remarked of them."""
-
-    def now(records: tuple[Record, ...]) -> tuple[Record, ...]:
-        return tuple(changed.get(record.name, record) for record in records)
-
-    rigs = tuple(replace(rig, records=now(rig.records)) for rig in campaign.rigs)
-    tests = tuple(replace(test, records=now(test.records)) for test in campaign.tests)
-    return replace(campaign, rigs=rigs, tests=tests, remarks=(*campaign.remarks, *remarks))
+    risen = without_samples(campaign, fallen)
+    cut = {remark.name for remark in risen.remarks[len(campaign.remarks) :]}
+    again = {
+        record.name: replace(record_cycles(record, rig.frequency.mean, source), released=cycles[record.name].released)
+        for record, rig, _ in risen.records()
+        if record.name in cut
+    }
+    return risen, {**cycles, **again}
 
 
 def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tuple[Campaign, dict[str, Cycles]]:
@@ -194,18 +189,16 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
             left, track = without_other_modes(record, track, again)
             if track.released:
                 cleared[record.name] = left
-                modes.append(told(record, track.released))
+                modes.append(remark_on(record, track.released))
             cycles[record.name] = track
         except InputError as error:
             found = error.found + (" beside the cycles that are clipped" if record.name in clipped else "")
             failures[record.name] = InputError(error.file, error.field, found, error.wanted)
-    if cleared:
-        campaign = _with(campaign, cleared, modes)
-    if not failures:
+    if not failures and not cleared:
         return campaign, cycles
 
     def kept(records: tuple[Record, ...]) -> tuple[Record, ...]:
-        return tuple(record for record in records if record.name in cycles)
+        return tuple(cleared.get(record.name, record) for record in records if record.name in cycles)
 
     rigs = tuple(replace(rig, records=kept(rig.records)) for rig in campaign.rigs)
     bare = [
@@ -217,9 +210,9 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
     in_wind = [record.name for record, _, test in campaign.records() if test is not None]
     if cycles and not needed and not any(name in cycles for name in in_wind):
         needed = in_wind
-    if strict or not cycles or needed:
+    if failures and (strict or not cycles or needed):
         raise failures[needed[0] if needed else next(iter(failures))]
-    remarks = (*campaign.remarks, *(_set_aside(name, error) for name, error in failures.items()))
+    remarks = (*campaign.remarks, *modes, *(_set_aside(name, error) for name, error in failures.items()))
     tests = tuple(replace(test, records=kept(test.records)) for test in campaign.tests)
     return replace(campaign, rigs=rigs, tests=tests, remarks=remarks), cycles
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.arrays import FloatArray
+from scruton.arrays import BoolArray, FloatArray
 from scruton.envelope.sampling import sampling
 from scruton.envelope.thresholds import CLOSE_LINE, ONE_SIDED, STANDS_OUT, STANDS_OUT_OF_NOISE
 from scruton.envelope.types import Cycles
@@ -12,7 +12,7 @@ from scruton.envelope.types import Cycles
 _LONGEST = 2**19  # samples that the spectrum looks at
 
 
-_MAINS, WANDER = (50.0, 60.0), 0.15  # Hz, and how far from it a line may be seen
+_MAINS, _WANDER = (50.0, 60.0), 0.15  # Hz, and how far from it a line may be seen
 
 
 @dataclass(frozen=True)
@@ -30,12 +30,23 @@ class Line:
     def mains(self, sample_rate: float) -> float:
         """Frequency of the mains [Hz] that the line is, or is an alias of, at this sample rate; 0 of any other."""
         seen = mains_seen(sample_rate)
-        return next((hum for hum, line in seen.items() if abs(self.frequency - line) < WANDER), 0.0)
+        return next((hum for hum, line in seen.items() if abs(self.frequency - line) < _WANDER), 0.0)
 
 
 def mains_seen(sample_rate: float) -> dict[float, float]:
     """Where the hum of each mains frequency shows in a record of this sample rate, as itself or folded [Hz]."""
-    return {hum: abs(hum - sample_rate * round(hum / sample_rate)) for hum in _MAINS}
+    return {hum: folded(hum, sample_rate) for hum in _MAINS}
+
+
+def folded(frequency: float, sample_rate: float) -> float:
+    """Where a frequency shows at a sample rate, as itself or as an alias [Hz]."""
+    return abs(frequency - sample_rate * round(frequency / sample_rate))
+
+
+def apart_from_mains(frequency: FloatArray, sample_rate: float, resolution: float) -> BoolArray:
+    """Which frequencies of a spectrum are none of the hum of the mains, which is in the reading, not in the motion."""
+    hums = mains_seen(sample_rate).values()
+    return np.all([np.abs(frequency - hum) > _WANDER + resolution for hum in hums], axis=0)
 
 
 def second_line(time: FloatArray, response: FloatArray, cycles: Cycles) -> Line | None:
@@ -57,30 +68,6 @@ def second_line(time: FloatArray, response: FloatArray, cycles: Cycles) -> Line 
     """
     lines = [line for line in (_near(cycles), _far(time, response, cycles)) if line is not None]
     return max(lines, key=lambda line: line.relative, default=None)
-
-
-def beside_motion(time: FloatArray, response: FloatArray, cycles: Cycles) -> tuple[FloatArray, FloatArray]:
-    """What a record holds beside the motion, smooth over some cycles, its first two harmonics and a constant.
-
-    Parameters
-    ----------
-    time, response : (N,) array
-        Seconds, and the response.
-    cycles : Cycles
-        Its demodulation.
-
-    Returns
-    -------
-    time, rest : (M,) array
-        Within the cycles.
-    """
-    half = 0.5 / cycles.reference_frequency
-    inside = (time >= cycles.begin) & (time <= cycles.time[-1] + half)
-    t, y = time[inside], response[inside]
-    if not t.size:
-        return t, y
-    columns = np.column_stack([np.ones_like(t), harmonics(t, cycles)])
-    return t, y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]
 
 
 def harmonics(t: FloatArray, cycles: Cycles) -> FloatArray:

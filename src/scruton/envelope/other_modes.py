@@ -14,11 +14,10 @@ import numpy as np
 from scruton.arrays import BoolArray, ComplexArray, FloatArray
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Record
-from scruton.envelope.flat_tops import flat_sides
-from scruton.envelope.lines import WANDER, harmonics, mains_seen
+from scruton.envelope.flat_tops import cut_off_sides
+from scruton.envelope.lines import apart_from_mains, folded, harmonics
 from scruton.envelope.sampling import sampling
 from scruton.envelope.thresholds import (
-    CUT_OFF,
     GAP,
     MODE_APART,
     MODE_DAMPING,
@@ -75,9 +74,7 @@ def without_other_modes(record: Record, cycles: Cycles, again: Callable[[Record]
         modes = other_modes(left, told)
         if not modes:
             break
-        if not known and any(
-            side.nats > CUT_OFF for side in flat_sides(record.time, record.response, cycles.reference_frequency)
-        ):
+        if not known and cut_off_sides(record.time, record.response, cycles.reference_frequency):
             return record, cycles
         less = replace(left, response=left.response - np.sum([mode.motion(left.time) for mode in modes], axis=0))
         try:
@@ -111,7 +108,7 @@ def other_modes(record: Record, cycles: Cycles) -> tuple[OtherMode, ...]:
     return tuple(found)
 
 
-def told(record: Record, modes: Sequence[OtherMode]) -> Remark:
+def remark_on(record: Record, modes: Sequence[OtherMode]) -> Remark:
     """What is remarked of the record that they were taken out of."""
     lines = ", ".join(f"{mode.frequency:.3g} Hz" for mode in modes)
     largest = 100.0 * max(mode.relative for mode in modes)
@@ -122,8 +119,7 @@ def told(record: Record, modes: Sequence[OtherMode]) -> Remark:
 
 def _rest(record: Record, cycles: Cycles) -> "_Rest | None":
     """What a record holds beside its motion, None of one that is too short."""
-    end = cycles.time[-1] + 0.5 / cycles.reference_frequency
-    inside = np.flatnonzero((record.time >= cycles.begin) & (record.time <= end))[:_LONGEST]
+    inside = np.flatnonzero((record.time >= cycles.begin) & (record.time <= cycles.end))[:_LONGEST]
     if inside.size < _FEWEST:
         return None
     time, step = record.time[inside], sampling(record.time).step
@@ -184,15 +180,14 @@ class _Rest:
             self.frequency < _HIGHEST * self.sample_rate
         )
         allowed &= (self.frequency < (1.0 - MODE_APART) * low) | (self.frequency > (1.0 + MODE_APART) * high)
-        for hum in mains_seen(self.sample_rate).values():
-            allowed &= np.abs(self.frequency - hum) > WANDER + 1.0 / self.t[-1]
+        allowed &= apart_from_mains(self.frequency, self.sample_rate, 1.0 / float(self.t[-1]))
         return np.asarray(allowed & ~self.harmonic(self.frequency))
 
     def harmonic(self, frequency: FloatArray) -> BoolArray:
         """Whether lines may be harmonics of the motion, as themselves or folded, wherever that wanders."""
         found = np.zeros(np.shape(frequency), dtype=bool)
         for order in range(2, _ORDERS + 1):
-            ends = [abs(order * f - self.sample_rate * round(order * f / self.sample_rate)) for f in self.range]
+            ends = [folded(order * f, self.sample_rate) for f in self.range]
             margin = MODE_OF_HARMONIC * order * self.range[0]
             found |= (frequency > min(ends) - margin) & (frequency < max(ends) + margin)
         return found
@@ -208,10 +203,10 @@ class _Rest:
     def largest(self) -> OtherMode | None:
         """The free vibration that explains most, None where there is none."""
         allowed = self.allowed.copy()
+        spectra = [(rate, self.powers(rate)) for rate in _RATES / self.t[-1]]
         for _ in range(_TRIES):
             best = (0.0, 0.0, 0)
-            for rate in _RATES / self.t[-1]:
-                power = self.powers(rate)
+            for rate, power in spectra:
                 at = int(np.argmax(np.where(allowed, power, 0.0)))
                 best = max(best, (float(power[at]) / _by_chance(power, at), rate, at))
             if not allowed.any() or best[0] < _PROMISES * MODE_NATS:

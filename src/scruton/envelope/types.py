@@ -93,6 +93,11 @@ class Cycles:
         return float(self.time[0]) - 0.5 / self.reference_frequency
 
     @property
+    def end(self) -> float:
+        """Where the last cycle ends [s]."""
+        return float(self.time[-1]) + 0.5 / self.reference_frequency
+
+    @property
     def amplitude_range(self) -> tuple[float, float]:
         """Smallest and largest amplitude of a cycle; none below zero, as noise makes it."""
         return max(float(self.amplitude.min()), 0.0), float(self.amplitude.max())

@@ -11,7 +11,7 @@ from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign, Record
 from scruton.dynamics.effects import Term
 from scruton.envelope import Cycles
-from scruton.envelope.lines import WANDER, beside_motion, mains_seen
+from scruton.envelope.lines import apart_from_mains, harmonics
 from scruton.envelope.types import OtherMode
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.thresholds import (
@@ -170,19 +170,21 @@ def _died(record: Record, mode: OtherMode, cycles: Cycles) -> SecondLine:
 
 
 def _line(record: Record, cycles: Cycles) -> SecondLine | None:
-    t, rest = beside_motion(record.time, record.response, cycles)
+    inside = (record.time >= cycles.begin) & (record.time <= cycles.end)
+    t, y = record.time[inside], record.response[inside]
     if t.size < 64:
         return None
+    columns = np.column_stack([np.ones_like(t), harmonics(t, cycles)])
+    rest = y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]
     window = np.hanning(t.size) ** 0.5
     power = np.abs(np.fft.rfft(rest * window)) ** 2
-    frequency = np.fft.rfftfreq(t.size, float(np.median(np.diff(t))))
+    step = float(np.median(np.diff(t)))
+    frequency = np.fft.rfftfreq(t.size, step)
     f0, resolution = cycles.reference_frequency, 1.0 / (t[-1] - t[0])
     use = (frequency > 0.3 * f0) & (frequency < 2.85 * f0)
     for k in (1, 2):
         use &= np.abs(frequency - k * f0) > max(4.0 * resolution, 0.08 * f0)
-    # The hum of the mains is in the reading, not in the motion.
-    for hum in mains_seen(1.0 / float(np.median(np.diff(t)))).values():
-        use &= np.abs(frequency - hum) > WANDER + resolution
+    use &= apart_from_mains(frequency, 1.0 / step, resolution)
     if np.count_nonzero(use) < 12:
         return None
     # The floor is local: turbulence drives the response, whose skirts are no line.

@@ -24,8 +24,8 @@ from scruton.dynamics.effects.effect import (
 )
 from scruton.dynamics.effects.terms import Belongs, Layout, Term, compact
 
-# Saturation: kind, and level over the largest reading.
 _ONE_SIDE = -1.0
+# Saturation: kind, and level over the largest reading.
 _KINDS = (("hard", 0.0, 0.95), ("one-sided hard", _ONE_SIDE, 0.85), ("rounded", 2.0, 1.0), ("soft", 1.0, 1.6))
 # A change of the wind by s changes the damping by s (2 lambda - l), of which lambda or a little more is usual, so that
 # 0.2 of the wind is what 0.3 of the relaxation damping is.
@@ -162,10 +162,15 @@ def _clip(kind: float, by_rig: bool) -> Apply:
         if by_rig:
             for i in np.unique(layout.rig):
                 largest[layout.rig == i] = layout.largest[layout.rig == i].max()
-        table[:, :, Term.CLIP] = values["level"] * largest
-        table[:, :, Term.CLIP_SOFT] = np.where(values["level"] > 0.0, kind, 0.0)
+        _saturate(table, values["level"], largest, kind)
 
     return apply
+
+
+def _saturate(table: FloatArray, level: FloatArray, largest: FloatArray, kind: float) -> None:
+    """A saturation of a kind at a level, (W, R), in parts of the largest reading, (R,)."""
+    table[:, :, Term.CLIP] = level * largest
+    table[:, :, Term.CLIP_SOFT] = np.where(level > 0.0, kind, 0.0)
 
 
 def _loss(rows: FloatArray, _without: FloatArray, station: Station) -> FloatArray:
@@ -200,8 +205,7 @@ def _cut_off(layout: Layout) -> list[Variant]:
     def cut(kind: float) -> Apply:
         def apply(table: FloatArray, values: Values, layout: Layout) -> None:
             del layout
-            table[:, :, Term.CLIP] = values["level"] * shown
-            table[:, :, Term.CLIP_SOFT] = np.where(values["level"] > 0.0, kind, 0.0)
+            _saturate(table, values["level"], shown, kind)
 
         return apply
 
