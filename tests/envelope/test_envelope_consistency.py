@@ -7,9 +7,11 @@ import pytest
 
 from scruton.campaign import load_campaign
 from scruton.campaign.remarks import Severity, sentences
+from scruton.campaign.schema import Kind, Record
 from scruton.dynamics.first_look import check
 from scruton.envelope import gather, record_cycles, review, usable
 from scruton.envelope.consistency import check_units
+from scruton.envelope.stillness import before_release
 from scruton.errors import InputError
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -120,13 +122,15 @@ CM, LEVEL = "time [s],displacement [cm]", ("stable_amplitude = 0.0292\n", "")
         ({"record": "still.csv", "change": rounded(2e-5)}, []),
         ({"record": "decay.csv", "change": held_first(1.5)}, [("held model", "decay.csv", DOUBT)]),
         ({"record": "still.csv", "change": held_first(2.0)}, [("held model", "still.csv", DOUBT)]),
+        ({"record": "decay.csv", "change": held_first(0.1)}, [("let go", "decay.csv", DOUBT)]),
+        ({"record": "growth.csv", "change": held_first(1.5)}, [("held model", "growth.csv", DOUBT)]),
         ({"record": "growth.csv", "change": spoiled(4.0, 2.0)}, [("outlier", "growth.csv", DOUBT)]),
         ({"record": "growth.csv", "change": spoiled(4.0, 0.05)}, []),
     ],
     ids=[
         "8.5 Hz", "50 Hz", "cm", "gain 1.4", "gain 0.6", "gain 1.1", "clock 1.03",
         "clock 1.01", "still cm", "zeros", "constant", "few zeros",
-        "rounded", "held", "still held", "spoiled", "hardly spoiled",
+        "rounded", "held", "still held", "let go", "growth held", "spoiled", "hardly spoiled",
     ],
 )  # fmt: skip
 def test_a_slip_in_a_record(with_slip, slip, remarks):
@@ -373,3 +377,15 @@ def test_a_growth_that_falls_first_is_used_from_its_lowest_cycle_on(with_slip, s
     assert usable(campaign)[0] is campaign
     assert "before it grows, and is used from there on" in said
     assert not usable(load_campaign(small_campaign))[0].remarks
+
+
+@pytest.mark.parametrize("rate", [0.05, 0.3])
+def test_a_growth_out_of_the_noise_is_not_held(rate):
+    """By a share of itself in each cycle, from below the noise on."""
+    time = np.arange(0.0, 60.0, 0.02)
+    motion = np.minimum(1e-5 * np.exp(rate * 4.0 * time), 0.05) * np.sin(2.0 * np.pi * 4.0 * time)
+    noise = 1e-3 * np.random.default_rng(2).standard_normal(time.size)
+    assert not before_release(Record("g", Path("g"), Kind.GROWTH, time, motion + noise), 4.0).any()
+    rests = np.where(time < 1.0, 0.0, 0.05 * -np.expm1(-0.2 * (time - 1.0))) * np.sin(2.0 * np.pi * 4.0 * time)
+    gone = before_release(Record("g", Path("g"), Kind.GROWTH, time, rests + noise), 4.0)
+    assert 0.9 < time[~gone][0] < 1.5

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from scruton.calibrate.challenge import case
 from scruton.calibrate.challenge.case import simulate_case
@@ -116,6 +117,22 @@ def test_a_mode_that_the_release_sets_going_is_no_gap_unless_it_is_large(clean, 
     found = diagnose(replace(campaign, rigs=rigs, tests=tests))
     assert found.verdict == verdict
     assert any(line.dies for line in found.lines) == (verdict == "unknown")
+
+
+def test_a_frequency_that_follows_warmth_in_wind_is_no_gap(clean):
+    campaign = clean[0]
+
+    def warmed(record):
+        """The frequency rises by 0.2 % from the first sample to the last."""
+        place = np.linspace(0.0, 1.0, record.time.size)
+        at = np.ptp(record.time) * (place + 0.001 * (place**2 - place)) + record.time[0]
+        return replace(record, response=CubicSpline(record.time, record.response)(at))
+
+    tests = tuple(replace(test, records=tuple(warmed(record) for record in test.records)) for test in campaign.tests)
+    found = diagnose(replace(campaign, tests=tests), workers=1)
+    assert found.verdict == "none"
+    trend, _ = found.null.value("frequency_trend")
+    assert trend == pytest.approx(np.full(trend.size, 0.002), abs=0.001)
 
 
 def test_a_law_that_is_not_the_papers_stands_in_its_place(two_rigs):

@@ -9,6 +9,8 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from scruton.calibrate.challenge.case import simulate_case
+from scruton.campaign.quantity import Quantity
+from scruton.campaign.schema import Campaign, Kind, Motion, Record, Rig, Section
 from scruton.gap.diagnosis import Diagnosis, diagnose
 from scruton.gap.finding import Finding
 from scruton.gap.locate import locate
@@ -184,3 +186,18 @@ def test_a_test_of_which_no_stable_amplitude_is_foretold_has_words() -> None:
     head = {"tests": 3, "amplitude_before": 0.21, "amplitude_after": None, "amplitude_worse": 2}
     said = shrink_sentence({"headline": head, "fraction": None})
     assert "off by 21 % (median) before and more than any measure after, made worse in 2 of 3" in said
+
+
+def test_envelopes_alone_tell_no_frequency() -> None:
+    time = np.arange(0.0, 60.0, 0.25)
+    amplitude = 0.05 * np.exp(-0.03 * time) + 2e-5 * np.random.default_rng(1).standard_normal(time.size)
+    record = Record("still.csv", Path("still.csv"), Kind.FREE_DECAY, time, amplitude, is_envelope=True)
+    rig = Rig("rig", Quantity(4.0), None, None, (record,))
+    diagnosis = diagnose(Campaign(Path(), "", "", Section(Motion.HEAVING, 0.3, 0.05), (rig,)), workers=1)
+    (panel,) = [
+        axes
+        for part in gap_figure(diagnosis, ()).figure.subfigs
+        for axes in part.axes
+        if axes.get_title(loc="left") == "Frequency against amplitude"
+    ]
+    assert [text.get_text() for text in panel.texts] == ["no record tells the frequency"]

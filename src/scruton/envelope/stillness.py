@@ -9,7 +9,22 @@ from scruton.arrays import BoolArray, FloatArray
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Campaign, Kind, Record, Rig
 from scruton.envelope.sampling import quantum_of
-from scruton.envelope.thresholds import FEWEST_HELD, HELD, LET_GO, MOST_OUTLIERS, MOVES, OUTLIES, OUTLIES_MOTION
+from scruton.envelope.thresholds import (
+    AT_ONCE,
+    AT_REST,
+    AT_REST_OF_A_DECAY,
+    FEWEST_IN_A_CYCLE,
+    HELD,
+    LACKS,
+    LACKS_GROWING,
+    LET_GO,
+    LET_GO_IN_IT,
+    LET_GO_OVER,
+    MOST_OUTLIERS,
+    MOVES,
+    OUTLIES,
+    OUTLIES_MOTION,
+)
 
 LeftOut = tuple[BoolArray, Remark]  # which samples, (N,), and what is said of them
 
@@ -42,9 +57,14 @@ def _not_let_go(record: Record, frequency: float) -> LeftOut | None:
     if not gone.any():
         return None
     why = "the model is held until then; that part is left out"
-    told = f"nothing moves but the noise until {record.time[~gone][0]:.4g} s, and then at once at its largest: {why}."
-    alike = f"nothing moves but the noise for the first {{}} % of the record, and then at once at its largest: {why},"
     share = 100.0 * float(np.mean(gone))
+    if np.count_nonzero(gone) <= _samples_of_a_cycle(record, frequency):
+        alike = "the model is let go within the first cycle, {} % of the record, which is left out"
+        told = f"{alike.format(f'{share:.2g}')}."
+        return gone, Remark(Severity.DOUBT, "let go", "record", record.name, told, f"{alike},", share)
+    at_once = "and then at once as if it had been moving"
+    told = f"nothing moves but the noise until {record.time[~gone][0]:.4g} s, {at_once}: {why}."
+    alike = f"nothing moves but the noise for the first {{}} % of the record, {at_once}: {why},"
     return gone, Remark(Severity.DOUBT, "held model", "record", record.name, told, alike, share)
 
 
@@ -121,26 +141,52 @@ def _samples_of_a_cycle(record: Record, frequency: float) -> int:
 
 
 def before_release(record: Record, frequency: float) -> BoolArray:
-    """Which samples of a decay come before the model is let go, (N,): noise, and then at once the largest motion.
+    """Which samples of a transient come before the model is let go, (N,): cycles at rest, and then at once motion.
 
-    A growth may well begin with noise, and a model that is pulled before it is let go moves: these stay as they are.
+    At once is what no air does that moves a body: the line through the cycles that follow has not come down to where
+    the cycles at rest are, or to the first one, in which the release may lie.  A model that is pulled before it is let
+    go moves; a growth out of the noise is gradual.
     """
-    held = np.zeros(record.time.size, dtype=bool)
-    if record.kind not in (Kind.DECAY, Kind.FREE_DECAY) or record.is_envelope or not np.isfinite(record.response).all():
+    held, cycle = np.zeros(record.time.size, dtype=bool), _samples_of_a_cycle(record, frequency)
+    count = record.time.size // cycle
+    transient = record.kind in (Kind.DECAY, Kind.FREE_DECAY, Kind.GROWTH) and not record.is_envelope
+    if not transient or cycle < FEWEST_IN_A_CYCLE or count < 2 * LET_GO_OVER or not np.isfinite(record.response).all():
         return held
-    cycle = _samples_of_a_cycle(record, frequency)
-    whole = record.response[: record.time.size // cycle * cycle].reshape(-1, cycle)
-    if len(whole) < 2 * FEWEST_HELD:
+    whole = record.response[: count * cycle].reshape(count, cycle)
+    amplitude, error = _amplitudes(whole, frequency * (record.time[-1] - record.time[0]) / (record.time.size - 1))
+    rest = AT_REST * error if record.kind is Kind.GROWTH else max(AT_REST * error, AT_REST_OF_A_DECAY * amplitude.max())
+    first = int(np.argmax(amplitude > rest))
+    after = amplitude[first + 1 : first + 1 + LET_GO_OVER]
+    if after.size < LET_GO_OVER:
         return held
-    swept = np.ptp(whole, axis=1)
-    first = int(np.argmax(swept > 0.5 * swept.max()))  # cycle
-    if first < FEWEST_HELD or not swept[: first - 1].max() * LET_GO < swept.max():
+    last = max(first - 1, 0)  # at rest, or the cycle in which it is let go
+    slope, level = np.polyfit(np.arange(first + 1, first + 1 + LET_GO_OVER) - last, after, 1)
+    lacks = level - amplitude[last]
+    if first == 0:
+        held[:cycle] = lacks > max(LET_GO_IN_IT * error, LACKS * level, LACKS_GROWING * slope)
         return held
-    quiet = whole[: first - 1]  # the release may be in the cycle before
-    moves = np.abs(record.response - quiet.mean()) > np.ptp(quiet)
-    moves[: (first - 1) * cycle] = False
-    held[: int(np.argmax(moves))] = True
+    if record.kind is Kind.GROWTH:
+        # from where it was put, or from zero: not along a line from the start on
+        at_once = after[0] > AT_ONCE * error and (lacks > LET_GO * error or level < slope * last)
+    else:
+        at_once = lacks > 0.5 * amplitude.max()
+    if at_once:
+        begin = max(last, 1) * cycle  # the release may lie in the last cycle that seems to rest
+        quiet, rest_of_it = np.split(record.response, [begin])
+        held[: begin + int(np.argmax(np.abs(rest_of_it - quiet.mean()) > np.ptp(quiet)))] = True
     return held
+
+
+def _amplitudes(cycles: FloatArray, frequency: float) -> tuple[FloatArray, float]:
+    """Amplitudes of cycles of samples, (K, n), at a frequency in cycles a sample, and the error of the first ones."""
+    count = cycles.shape[1]
+    turned = 2.0 * np.pi * frequency * np.arange(count)
+    basis = np.stack([np.ones(count), np.cos(turned), np.sin(turned)], axis=1)
+    fitted = cycles @ np.linalg.pinv(basis).T
+    left = cycles - fitted @ basis.T
+    scatter = np.sqrt(np.sum(left**2, axis=1) / (count - 3))
+    error = float(np.median(scatter[: 2 * LET_GO_OVER]) * np.sqrt(2.0 / count))
+    return np.hypot(fitted[:, 1], fitted[:, 2]), error
 
 
 def outliers(record: Record) -> BoolArray:

@@ -96,8 +96,15 @@ DAMPING_FACTOR = 2.0  # factor by which damping never changes between stating an
 # Stretches that stand still amid motion: cycles (a wave that is clipped hard stands for half of one), and quanta that
 # the cycle beside them moves by (a decay that sinks into its rounding moves by one or two).
 HELD, MOVES = 1.0, 8.0
-# A model that is held before it is let go: cycles of noise alone, and how many times that noise it moves at once then.
-FEWEST_HELD, LET_GO = 3, 5.0
+# A model that is held before it is let go: a cycle at rest shows at most so many standard errors of its amplitude, or
+# so much of the largest of a decay; the second one after that shows at least AT_ONCE; and the line through LET_GO_OVER
+# cycles stands LET_GO above rest.
+AT_REST, AT_REST_OF_A_DECAY, AT_ONCE, LET_GO = 4.0, 0.2, 12.0, 6.0
+LET_GO_OVER = 4  # cycles
+# It is let go within the first cycle where that lacks so many errors, so much of the line, of which another mode takes
+# a tenth, and so much of what the line rises by in a cycle.
+LET_GO_IN_IT, LACKS, LACKS_GROWING = 10.0, 0.15, 1.5
+FEWEST_IN_A_CYCLE = 5  # samples
 # Single readings far off: times what one in a hundred is off, and of the range that the record moves over. More than so
 # many are no slips of the cable but something of the motion.
 OUTLIES, OUTLIES_MOTION, MOST_OUTLIERS = 8.0, 0.25, 10

@@ -50,6 +50,7 @@ class NullModel:
                 table[:, :, term] = values[name] / (1.0 + values[name] / most) * table[:, :, Term.DRIVE]
             table[:, :, Term.GUST_RATE] = rate / np.where(wind, values["gust_time"], np.inf)
             table[:, :, Term.STIFFNESS_LINEAR] = values["stiffness_in_wind"] / layout.largest.max()
+            table[:, :, Term.FREQUENCY_TREND] = values["frequency_trend"]
         unit = level * np.sqrt(2.0 * rate)
         table[:, :, Term.SCATTER] = values["scatter"] * unit
         table[:, :, Term.PHASE_SCATTER] = values["phase_scatter"] * unit
@@ -94,6 +95,7 @@ def null_model(data: GapData) -> NullModel:
         ("third_noise", layout.by_rig()),
         ("stiffness", layout.everywhere()),
         ("stiffness_in_wind", layout.in_wind()),
+        ("frequency_trend", layout.each(wind)),
         ("gain", each),
         ("gust_scatter", layout.by_test()),
         ("gust_time", layout.by_test()),

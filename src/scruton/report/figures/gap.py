@@ -272,7 +272,7 @@ def _frequency(axes: "Axes", curves: Sequence[Curve], data: "GapData") -> None:
     layout, reach = data.layout, 0.15
     rigs = sorted({int(layout.rig[curve.record]) for curve in curves}, key=lambda rig: _place_of(rig, data))
     # none of the colours of growth, decay and still air, light to dark in the order of the Scruton numbers
-    shades = colormaps["copper_r"](np.linspace(0.12, 1.0, len(rigs)) if len(rigs) > 1 else [1.0])
+    shades = colormaps["copper_r"](np.linspace(0.12, 1.0, len(rigs)) if len(rigs) != 1 else [1.0])
     looks: dict[int, dict[str, Any]] = {
         rig: {"color": tuple(shade), "marker": style.line_style(rig).marker, "ms": 3.0}
         for rig, shade in zip(rigs, shades, strict=True)
@@ -295,7 +295,11 @@ def _frequency(axes: "Axes", curves: Sequence[Curve], data: "GapData") -> None:
     axes.set(ylim=(-1.15 * reach, 1.15 * reach * (1.0 + room) / (1.0 - room)), xscale="log")
     style.plain_log(axes.xaxis)
     axes.set(xlabel=_amplitude(data), ylabel="Change of frequency [%]", title="Frequency against amplitude")
-    if rigs:
+    if not rigs:  # envelopes alone have no phase
+        axes.text(0.5, 0.6, "no record tells the frequency", transform=axes.transAxes, ha="center", color=style.GREY)
+        axes.set(xticks=[], yticks=[])
+        axes.minorticks_off()
+    else:
         # filled column by column, read line by line
         inline = [rig for k in range(columns) for rig in rigs[k::columns]]
         handles = [axes.plot([], [], lw=1.4, **looks[rig])[0] for rig in inline]
