@@ -345,13 +345,14 @@ def test_dahls_loop_has_its_closed_form(r):
 
 
 @pytest.mark.parametrize("level", [0.06, 0.09, 0.2])
-@pytest.mark.parametrize("soft", [-1.0, 0.0, 1.0, 2.0])
+@pytest.mark.parametrize("soft", [-1.0, -0.3, 0.0, 1.0, 2.0])
 def test_saturated_reading_is_the_describing_function(level, soft):
     """Fundamental and third harmonic of a clipped sine, against a Fourier integral."""
     theta = np.linspace(0.0, 2 * np.pi, 20001)[:-1]
     wave = 0.1 * np.cos(theta)
     x = wave / level
-    kinds = {0.0: np.clip(x, -1, 1), 1.0: np.tanh(x), 2.0: x / (1 + np.abs(x) ** 8) ** 0.125, -1.0: np.minimum(x, 1)}
+    kinds = {0.0: np.clip(x, -1, 1), 1.0: np.tanh(x), 2.0: x / (1 + np.abs(x) ** 8) ** 0.125}
+    kinds |= {-1.0: np.minimum(x, 1), -0.3: np.clip(x, -1 / 0.7, 1)}
     cut = level * kinds[soft]
     first, third = (2 * np.mean(cut * np.cos(k * theta)) for k in (1, 3))
     value, slope, ratio = saturated_reading(0.1, level, soft)

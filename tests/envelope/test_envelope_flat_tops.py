@@ -22,7 +22,7 @@ def test_a_range_that_ends_is_seen_at_its_level(per_cycle: float, bits: int) -> 
     quantum = 2.0 ** (1 - bits)
     found = flat_top(time, np.round(np.clip(wave, -0.93, 0.93) / quantum) * quantum, FREQUENCY)
     assert found.nats > 10.0
-    assert found.level == pytest.approx(0.93, abs=0.01)
+    assert found.levels == pytest.approx((0.93, 0.93), abs=0.01)
 
 
 @pytest.mark.parametrize("bits", range(4, 16))
@@ -45,3 +45,11 @@ def test_sampling_in_step_with_the_motion_is_none(per_cycle: int) -> None:
 def test_samples_that_are_held_are_none() -> None:
     time, wave = decay(60.0)
     assert flat_top(time, np.repeat(wave[::3], 3)[: time.size], FREQUENCY).nats < 3.0
+
+
+@pytest.mark.parametrize(("below", "levels"), [(-1.0, (0.73, np.inf)), (-0.6, (0.73, 0.8))])
+def test_levels_are_from_the_centre_of_the_motion(below: float, levels: tuple[float, float]) -> None:
+    """The mean of what is cut off on one side is not what the motion is about."""
+    time, wave = decay(31.0)
+    found = flat_top(time, np.clip(0.2 + wave, below, 0.93), FREQUENCY)
+    assert found.levels == pytest.approx(levels, abs=0.01)

@@ -49,14 +49,22 @@ def saturated_reading(a, level, soft):  # type: ignore[no-untyped-def]
         return level * first * scale, slope * scale, third * scale / max(x, 1e-12)
     if x <= 1.0:
         return a, 1.0, 0.0
+    share, slope, third = _cut(x)
+    if soft < 0.0:  # the other side ends elsewhere, or not at all
+        share_other, slope_other, third_other = _cut(x * max(1.0 + soft, 0.0))
+        share, slope, third = 0.5 * (share + share_other), 0.5 * (slope + slope_other), 0.5 * (third + third_other)
+    return a * share, slope, third
+
+
+@njit(cache=True, inline="always")
+def _cut(x):  # type: ignore[no-untyped-def]
+    """The same over the amplitude, of a wave of x times the level that ends there on both sides."""
+    if x <= 1.0:
+        return 1.0, 1.0, 0.0
     rho = 1.0 / x
     s = np.sqrt(1.0 - rho * rho)
-    share = 2.0 / np.pi * (np.arcsin(rho) + rho * s)
-    slope = 2.0 / np.pi * (np.arcsin(rho) - rho * s)
-    third = -4.0 / (3.0 * np.pi) * rho * s * s * s
-    if soft < -0.5:  # one side alone: the other shows the motion as it is
-        share, slope, third = 0.5 * (1.0 + share), 0.5 * (1.0 + slope), 0.5 * third
-    return a * share, slope, third
+    angle = np.arcsin(rho)
+    return 2.0 / np.pi * (angle + rho * s), 2.0 / np.pi * (angle - rho * s), -4.0 / (3.0 * np.pi) * rho * s * s * s
 
 
 @njit(cache=True)

@@ -6,7 +6,7 @@ import numpy as np
 
 from scruton.arrays import BoolArray, FloatArray
 from scruton.envelope.sampling import quantum_of, run_lengths
-from scruton.envelope.thresholds import CUT_OFF, FINEST_QUANTUM, UNEVEN
+from scruton.envelope.thresholds import CUT_OFF, FEWEST_IN_A_CYCLE, FINEST_QUANTUM, UNEVEN
 
 
 class FlatTop(NamedTuple):
@@ -14,13 +14,14 @@ class FlatTop(NamedTuple):
 
     Attributes
     ----------
-    level : float
-        Reading at which it is cut off, from the mean of the record; in the response's unit.
+    levels : tuple of float
+        Readings at which it is cut off above and below, from the centre of the motion, in the response's unit; inf on a
+        side where it is not.
     nats : float
         Log likelihood ratio of the readings that are repeated there, over those that rounding repeats.
     """
 
-    level: float
+    levels: tuple[float, float]
     nats: float
 
 
@@ -56,10 +57,30 @@ def flat_top(time: FloatArray, response: FloatArray, frequency: float) -> FlatTo
         With 0 nats where nothing is cut off.
     """
     sides = flat_sides(time, response, frequency)
-    total = sum(side.nats for side in sides)
-    if total > 0.0:
-        return FlatTop(sum(side.nats * side.level for side in sides) / total, total)
-    return FlatTop(float(np.max(np.abs(response - np.mean(response)))), total)
+    if not sides:
+        return FlatTop((np.inf, np.inf), 0.0)
+    off = _centre(time, response, frequency, np.any([side.at_top for side in sides], axis=0)) - float(np.mean(response))
+    levels = {side.sign: max(side.level - side.sign * off, 0.05 * side.level) for side in sides}
+    return FlatTop((levels.get(1.0, np.inf), levels.get(-1.0, np.inf)), sum(side.nats for side in sides))
+
+
+def _centre(time: FloatArray, response: FloatArray, frequency: float, cut: BoolArray) -> float:
+    """What the motion is about, by sines through the samples that are not `cut` of the cycles in which some are."""
+    step = float(time[-1] - time[0]) / (time.size - 1)
+    count = round(1.0 / (frequency * step))
+    if count < FEWEST_IN_A_CYCLE:
+        return float(np.mean(response))
+    whole = time.size // count * count
+    turned = 2.0 * np.pi * frequency * step * np.arange(count)
+    basis = np.stack([np.ones(count), np.cos(turned), np.sin(turned)], axis=1)
+    left = ~cut[:whole].reshape(-1, count)
+    use = np.any(~left, axis=1) & (np.count_nonzero(left, axis=1) > max(3, 0.4 * count))
+    if not use.any():
+        return float(np.mean(response))
+    cycles = response[:whole].reshape(-1, count)[use, :, None]
+    weighted = (left[use, :, None] * basis).transpose(0, 2, 1)
+    fitted = np.linalg.solve(weighted @ basis, weighted @ cycles)
+    return float(np.median(fitted[:, 0, 0]))
 
 
 def cut_off_sides(time: FloatArray, response: FloatArray, frequency: float) -> list[Side]:

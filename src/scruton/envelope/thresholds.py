@@ -5,6 +5,7 @@ JITTER = 0.01  # steps that vary by less count as equal; more is remarked on
 GAP = 1.75  # a step so many times the usual one misses at least a sample
 # Samples per cycle from which a second harmonic can be told apart, and a third.
 SECOND_HARMONIC, THIRD_HARMONIC = 10.0, 12.0
+MOST_CHANGE = 0.5  # of the amplitude in a cycle, and turn [rad], of a wave whose third harmonic is measured
 # Of a third harmonic in quadrature, that may show in phase: 0.25 to 0.65 where releases decay by a fifth in a cycle
 # under a damping that grows as A^4 (`scruton challenge make --cases 20 --seed 9431`, case-0019).
 LEAKS = 0.5

@@ -14,7 +14,7 @@ from scruton.dynamics import Setting
 from scruton.dynamics.cycles import ABSENT, Channels, gaps
 from scruton.dynamics.effects import Layout
 from scruton.dynamics.effects.aerodynamic import SAME_SPEED
-from scruton.dynamics.effects.terms import HATS
+from scruton.dynamics.effects.terms import HATS, CutOff
 from scruton.envelope import Cycles, usable, weigh
 from scruton.envelope.consistency import check_units, review
 from scruton.envelope.flat_tops import flat_top
@@ -238,15 +238,19 @@ def _nominal(campaign: Campaign, stated: FloatArray, cycles: Mapping[str, Cycles
     return damping
 
 
-def _cut_off(records: list[Record], cycles: Mapping[str, Cycles]) -> dict[int, tuple[float, float]]:
-    """Records whose wave is seen to be cut off, by number: the level, and how surely beyond chance [nats]."""
+def _cut_off(records: list[Record], cycles: Mapping[str, Cycles]) -> dict[int, CutOff]:
+    """Records whose wave is seen to be cut off beyond chance, by number."""
     tops = {
         r: flat_top(record.time, record.response, cycles[record.name].reference_frequency)
         for r, record in enumerate(records)
         if not record.is_envelope and record.band is None  # a filter rounds what was cut off
     }
     chance = float(np.log(2.0 * len(records)))  # so many tops were looked at
-    return {r: (top.level, top.nats - chance) for r, top in tops.items() if top.nats > chance}
+    return {
+        r: CutOff(min(top.levels), min(top.levels) / max(top.levels), top.nats - chance)
+        for r, top in tops.items()
+        if top.nats > chance
+    }
 
 
 def _clear(cycles: Cycles) -> np.ndarray:

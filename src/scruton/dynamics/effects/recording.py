@@ -167,7 +167,7 @@ def _clip(kind: float, by_rig: bool) -> Apply:
     return apply
 
 
-def _saturate(table: FloatArray, level: FloatArray, largest: FloatArray, kind: float) -> None:
+def _saturate(table: FloatArray, level: FloatArray, largest: FloatArray, kind: float | FloatArray) -> None:
     """A saturation of a kind at a level, (W, R), in parts of the largest reading, (R,)."""
     table[:, :, Term.CLIP] = level * largest
     table[:, :, Term.CLIP_SOFT] = np.where(level > 0.0, kind, 0.0)
@@ -191,18 +191,20 @@ def _above(row: FloatArray, span: Span) -> Span:
 
 
 def _cut_off(layout: Layout) -> list[Variant]:
-    """Channels whose waves are seen to be cut off, each at the level that they show."""
+    """Channels whose waves are seen to be cut off, on the sides and at the levels that they show."""
     if not layout.cut_off:
         return []
-    shown = np.zeros(len(layout.records))
+    shown, other = np.zeros((2, len(layout.records)))
     for rig in np.unique(layout.rig[list(layout.cut_off)]):
         seen = {r: mark for r, mark in layout.cut_off.items() if layout.rig[r] == rig}
-        level = np.average([at for at, _ in seen.values()], weights=[nats for _, nats in seen.values()])
+        of_all = np.average([mark[:2] for mark in seen.values()], axis=0, weights=[mark.nats for mark in seen.values()])
         # what goes beyond the level was recorded with another range
-        inside = (layout.rig == rig) & ((layout.largest <= level) | np.isin(np.arange(shown.size), list(seen)))
-        shown[inside] = level
+        inside = (layout.rig == rig) & (layout.largest <= of_all[0])
+        shown[inside], other[inside] = of_all
+        for r, mark in seen.items():  # a channel's zero is another in every record
+            shown[r], other[r] = mark.level, mark.other
 
-    def cut(kind: float) -> Apply:
+    def cut(kind: FloatArray) -> Apply:
         def apply(table: FloatArray, values: Values, layout: Layout) -> None:
             del layout
             _saturate(table, values["level"], shown, kind)
@@ -211,8 +213,8 @@ def _cut_off(layout: Layout) -> list[Variant]:
 
     scope = Scope(Extent.GROUPS, compact(np.where(shown > 0.0, layout.rig, -1)), "where the waves are cut off")
     level = Parameter("level", 0.0, _SHOWN, scope.members, log=True, unit="extreme reading")
-    nats = sum(nats for _, nats in layout.cut_off.values())
-    forms = {"hard saturation {scope}": 0.0, "hard saturation on one side {scope}": _ONE_SIDE}
+    nats = sum(mark.nats for mark in layout.cut_off.values())
+    forms = {"hard saturation {scope}": other - 1.0, "hard saturation on both sides {scope}": np.zeros_like(other)}
     return [Variant(form, (level,), cut(kind), scope, 0.5, seen=nats) for form, kind in forms.items()]
 
 

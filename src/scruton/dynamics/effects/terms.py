@@ -15,7 +15,7 @@ coefficients from its parameters: it knows no data and no inference.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -68,7 +68,7 @@ class Term(IntEnum):
     FORCE_RATE = 17, _WIND  # circular frequency of the shedding minus that of the demodulation [rad/s]
     GAIN = 18, _SENSOR  # reading over truth, minus 1
     CLIP = 19, _SENSOR  # level of saturation; 0: none
-    CLIP_SOFT = 20, _SENSOR  # -1: hard on one side, 0: on both, 1: tanh, 2: z/(1 + z^8)^(1/8)
+    CLIP_SOFT = 20, _SENSOR  # 1: tanh, 2: z/(1 + z^8)^(1/8); 0: hard on both sides, -s: the other at CLIP/(1 - s)
     SCATTER = 21, _WIND  # q [amplitude/s^0.5]
     NOISE = 22, _SENSOR  # factor on standard errors
     DETUNING = 23, _RIG  # frequency over that of the demodulation, minus 1
@@ -106,6 +106,24 @@ COLUMNS = int(Term.FREQUENCY_TREND) + 1
 BELONGS: dict[Term, Belongs] = {term: term.belongs for term in Term}
 
 
+class CutOff(NamedTuple):
+    """Where the wave of a record is seen to be cut off.
+
+    Attributes
+    ----------
+    level : float
+        Amplitude from which it is on one side [A/D or rad].
+    other : float
+        That level over the other side's, at most one; 0 where that is not cut off.
+    nats : float
+        How surely.
+    """
+
+    level: float
+    other: float
+    nats: float
+
+
 @dataclass(frozen=True, eq=False)
 class Layout:
     """What an effect may know of a campaign.
@@ -135,7 +153,7 @@ class Layout:
     knots : (HATS,) array
         Amplitudes at which the generic discrepancy has its knots.
     cut_off : mapping
-        Of records whose wave is seen to be cut off, by number: the level, and how surely [nats].
+        Of records whose wave is seen to be cut off, by number.
     unstated : frozenset of int
         Rigs whose structural damping nobody states, by number.
     """
@@ -153,7 +171,7 @@ class Layout:
     reference_rate: float
     reference_omega: float
     knots: FloatArray
-    cut_off: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    cut_off: Mapping[int, CutOff] = field(default_factory=dict)
     unstated: frozenset[int] = frozenset()
 
     @property
