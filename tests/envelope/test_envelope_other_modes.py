@@ -11,7 +11,7 @@ from scruton.campaign import load_campaign
 from scruton.campaign.remarks import Severity
 from scruton.campaign.schema import Kind, Record
 from scruton.envelope.inspection import record_cycles, usable
-from scruton.envelope.other_modes import OTHER_MODE, OtherMode, remark_on, without_other_modes
+from scruton.envelope.other_modes import OTHER_MODE, OtherMode, remark_on, without_other_modes, without_suspected_modes
 
 RATE, F, LENGTH = 200.0, 5.0, 30.0
 MODE = OtherMode(2.1, 0.25, 0.02 * np.exp(0.7j))
@@ -97,3 +97,29 @@ def test_a_campaign_is_used_without_them(small_campaign):
     assert np.std(cycles[still.name].amplitude - bare) < 0.1 * np.std(record_cycles(shaken, 7.87).amplitude - bare)
     assert np.std(kept.rigs[0].records[0].response - still.response) < 0.1 * np.std(shaken.response - still.response)
     assert usable(kept)[0] is kept
+
+
+def test_a_mode_so_near_a_harmonic_is_found_where_another_record_shows_it():
+    """By itself it is taken for the third harmonic of the motion, which has none here."""
+    near, suspect = OtherMode(15.1, 0.5, 0.005 + 0j), OtherMode(15.12, 0.4, 0.01 + 0j, relative=0.02)
+    one, bare = record(near), record()
+    for what, expected in ((one, 1), (bare, 0)):
+        track = record_cycles(what, F)
+        assert taken(what)[1].released == ()
+        _, found = without_suspected_modes(what, track, lambda left: record_cycles(left, F), [suspect])
+        assert len(found.released) == expected
+    track = record_cycles(one, F)
+    left, found = without_suspected_modes(one, track, lambda left: record_cycles(left, F), [suspect])
+    assert found.released[0].frequency == pytest.approx(15.1, abs=0.01)
+    assert np.std(left.response - bare.response) < 0.1 * np.std(one.response - bare.response)
+
+
+@pytest.mark.parametrize("frequency", [14.9, 15.3])
+def test_a_third_harmonic_is_no_mode_of_another_record(frequency):
+    """Of a sensor that saturates, it dies away with the motion."""
+    one = record()
+    one = replace(one, response=np.tanh(one.response))
+    track = record_cycles(one, F)
+    suspect = OtherMode(frequency, 0.2, 0.01 + 0j, relative=0.02)
+    _, found = without_suspected_modes(one, track, lambda left: record_cycles(left, F), [suspect])
+    assert found.released == ()

@@ -11,7 +11,7 @@ import pytest
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Effect, Layout
 from scruton.dynamics.effects.effect import DAMPING, Extent
-from scruton.dynamics.effects.terms import Term
+from scruton.dynamics.effects.terms import COLUMNS, Term
 from scruton.gap import pairs
 from scruton.gap import search as module
 from scruton.gap.attribute import Candidate
@@ -249,6 +249,16 @@ def test_what_grows_with_the_amplitude_is_small_where_it_is_largest() -> None:
         hypothesis = SimpleNamespace(variants=(fourth,), data=SimpleNamespace(layout=layout))
         fit: Any = SimpleNamespace(hypothesis=hypothesis, value=lambda *_: (np.full(1, 0.019), np.full(1, 0.001)))
         assert module._negligible(fit) == small
+
+
+@pytest.mark.parametrize(("level", "seen", "small"), [(1.5, 0.0, True), (1.0, 0.0, False), (1.5, 20.0, False)])
+def test_a_saturation_that_hides_nothing_is_small_unless_it_is_seen(level: float, seen: float, small: bool) -> None:
+    variant = next(one for one in CATALOGUE["sensor_clipping"].variants(LAYOUT) if one.label.startswith("rounded"))
+    table = np.zeros((2, COLUMNS))
+    table[:, Term.CLIP], table[:, Term.CLIP_SOFT] = level * LAYOUT.largest, 2.0
+    hypothesis = SimpleNamespace(variants=(replace(variant, seen=seen),), data=SimpleNamespace(layout=LAYOUT))
+    fit: Any = SimpleNamespace(hypothesis=hypothesis, table=table)
+    assert module._negligible(fit) == ({"sensor_clipping"} if small else set())
 
 
 def test_a_bend_that_gains_nothing_beside_the_unknown_leaves(found: Search) -> None:

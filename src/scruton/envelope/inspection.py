@@ -12,7 +12,7 @@ from scruton.campaign.schema import Campaign, Kind, Record, Rig, Test
 from scruton.envelope.clipping import CLIPPED, unclipped
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.natural_frequency import retuned
-from scruton.envelope.other_modes import remark_on, without_other_modes
+from scruton.envelope.other_modes import remark_on, without_other_modes, without_suspected_modes
 from scruton.envelope.quality import RecordQuality, assess
 from scruton.envelope.ringdown import RingDown, ring_down
 from scruton.envelope.stillness import LeftOut, moving, unspoiled, without_samples
@@ -189,13 +189,23 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
             left, track = without_other_modes(record, track, again)
             if track.released:
                 cleared[record.name] = left
-                modes.append(remark_on(record, track.released))
             cycles[record.name] = track
         except InputError as error:
             found = error.found + (" beside the cycles that are clipped" if record.name in clipped else "")
             failures[record.name] = InputError(error.file, error.field, found, error.wanted)
     if not failures and not cleared:
         return campaign, cycles
+    suspected = [mode for track in cycles.values() for mode in track.released]
+    for record, rig, _ in campaign.records():
+        if record.name not in cycles:
+            continue
+        again = partial(record_cycles, still_air_frequency=rig.frequency.mean, source=source)
+        before = cycles[record.name]
+        left, track = without_suspected_modes(cleared.get(record.name, record), before, again, suspected)
+        if track is not before:
+            cleared[record.name], cycles[record.name] = left, track
+        if track.released:
+            modes.append(remark_on(record, track.released))
 
     def kept(records: tuple[Record, ...]) -> tuple[Record, ...]:
         return tuple(cleared.get(record.name, record) for record in records if record.name in cycles)

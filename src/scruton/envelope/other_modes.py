@@ -13,7 +13,7 @@ import numpy as np
 
 from scruton.arrays import BoolArray, ComplexArray, FloatArray
 from scruton.campaign.remarks import Remark, Severity
-from scruton.campaign.schema import Record
+from scruton.campaign.schema import Kind, Record
 from scruton.envelope.flat_tops import cut_off_sides
 from scruton.envelope.lines import apart_from_mains, folded, harmonics
 from scruton.envelope.sampling import sampling
@@ -45,6 +45,9 @@ _EXPONENTS = (-50.0, 700.0)  # of what falls within a record
 _ROUNDS = 3  # of looking at what is left
 _BESIDE = 0.3  # of the largest, that another has to have to be taken out with it
 _SAME = 0.03  # of the frequency, by which one mode's may be off in the first round
+_NEAR = 0.03  # of the frequency, from a harmonic: where a mode is not looked for by itself
+_AS_SUSPECTED = 0.02, 4.0  # of the frequency, and factor of the rate, by which one mode's may differ between records
+_SUSPECTED_NATS = 8.0  # as MODE_NATS, of a mode that is sought at one place
 _FEWEST = 64  # samples
 _DRIFT = 5  # order of the polynomial that an offset wanders by
 _PROMISES = 0.2  # of MODE_NATS: with what a damped line has of its own on either side counted as noise
@@ -85,6 +88,37 @@ def without_other_modes(record: Record, cycles: Cycles, again: Callable[[Record]
         # what is left of one that was taken out already is none of its own
         known += tuple(one for one in modes if all(abs(one.frequency / k.frequency - 1.0) > _SAME for k in known))
     return left, replace(told, released=known)
+
+
+def without_suspected_modes(
+    record: Record, cycles: Cycles, again: Callable[[Record], Cycles], suspected: Sequence[OtherMode]
+) -> tuple[Record, Cycles]:
+    """The same, of free vibrations that other records show, where they lie so near a harmonic that none is looked for.
+
+    A harmonic of the motion dies away with it, and is no mode by itself; but a mode that is known to be there is one.
+    """
+    if record.is_envelope or record.band is not None or record.kind is Kind.STEADY:
+        return record, cycles
+    nearest = [round(mode.frequency / cycles.reference_frequency) * cycles.reference_frequency for mode in suspected]
+    near = [
+        mode for mode, line in zip(suspected, nearest, strict=True)
+        if abs(mode.frequency - line) < _NEAR * mode.frequency
+        and all(abs(mode.frequency / one.frequency - 1.0) > _SAME for one in cycles.released)
+    ]  # fmt: skip
+    if not near or cut_off_sides(record.time, record.response, cycles.reference_frequency):
+        return record, cycles
+    rest, motion = _rest(record, cycles), float(np.max(cycles.smoothed()))
+    if rest is None:
+        return record, cycles
+    for suspect in near:
+        mode = rest.as_suspected(suspect)
+        size = abs(mode.amplitude) / motion if mode else 0.0
+        if mode is None or size > MODE_SIZES[1]:
+            continue
+        mode = replace(mode, since=cycles.begin, relative=size)
+        left = replace(record, response=record.response - mode.motion(record.time))
+        return left, replace(again(left), released=(*cycles.released, mode))
+    return record, cycles
 
 
 def other_modes(record: Record, cycles: Cycles) -> tuple[OtherMode, ...]:
@@ -218,6 +252,18 @@ class _Rest:
             allowed &= np.abs(self.frequency - self.frequency[best[2]]) > _FARTHEST * self.frequency[best[2]]
         return None
 
+    def as_suspected(self, suspect: OtherMode) -> OtherMode | None:
+        """A vibration that is the one of another record, and no harmonic of the motion; None where there is none."""
+        mode = self._climbed(complex(-suspect.rate, 2.0 * np.pi * suspect.frequency))
+        if mode is None:
+            return None
+        off, low, high = abs(mode.frequency - suspect.frequency), *self.range
+        order = max(round(2.0 * mode.frequency / (low + high)), 1)
+        harmonic = float(np.clip(mode.frequency, order * low, order * high))
+        alike = 1.0 / _AS_SUSPECTED[1] < mode.rate / suspect.rate < _AS_SUSPECTED[1]
+        alike &= off < min(_AS_SUSPECTED[0] * suspect.frequency, abs(mode.frequency - harmonic))
+        return mode if alike and self._is_free(mode, suspected=True) else None
+
     def _climbed(self, first: complex) -> OtherMode | None:
         """The vibration whose pole is nearest, None where the search leads away."""
         pole = first
@@ -240,17 +286,18 @@ class _Rest:
         amplitude = complex(a, b)
         return amplitude, complex(c, d) / amplitude if amplitude else 0j
 
-    def _is_free(self, mode: OtherMode) -> bool:
+    def _is_free(self, mode: OtherMode, *, suspected: bool = False) -> bool:
         """Whether a vibration dies away, is no more damped than a mode, and is what makes its line."""
         at = int(np.argmin(np.abs(self.frequency - mode.frequency)))
         dies = mode.rate * self.t[-1] > MODE_FALLS and mode.rate < MODE_DAMPING * 2.0 * np.pi * mode.frequency
-        if not (dies and self.allowed[at]):
+        if not (dies and (suspected or self.allowed[at])):
             return False
         width = max(4.0 / self.t[-1], 4.0 * mode.rate / (2.0 * np.pi), 0.05 * self.range[0])
         near = np.abs(self.frequency - mode.frequency) < width
         before, after = self.powers(mode.rate), self.less(mode).powers(mode.rate)
         explained = np.sum(after[near]) < MODE_LEAVES * np.sum(before[near])
-        return bool(explained and before[at] > MODE_NATS * _by_chance(after, at))
+        nats = _SUSPECTED_NATS if suspected else MODE_NATS
+        return bool(explained and before[at] > nats * _by_chance(after, at))
 
 
 def _by_chance(power: FloatArray, at: int) -> float:

@@ -1,6 +1,6 @@
 """A campaign as diagnosis reads it: still air and the peak tests, the cycles of every record, what belongs to each."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,8 +19,9 @@ from scruton.envelope import Cycles, usable, weigh
 from scruton.envelope.consistency import check_units, review
 from scruton.envelope.flat_tops import flat_top
 from scruton.envelope.harmonics import third_harmonic
+from scruton.envelope.types import OtherMode
 from scruton.errors import InputError
-from scruton.gap.thresholds import BEYOND_PEAKS, DIES_OUT
+from scruton.gap.thresholds import BESIDE_THIRD, BEYOND_PEAKS, DIES_OUT
 from scruton.infer.cards import ModelCard, load_card
 from scruton.stats.priors import Prior
 
@@ -302,6 +303,24 @@ def _in_wind(
     return float(setting.scruton_number), 2.0 * np.pi / float(setting.K), aero, aero / float(setting.K), mass_sd
 
 
+def _beside_third(record: Record, cycles: Mapping[str, Cycles]) -> FloatArray:
+    """What a mode near three times the frequency that other records show may hide in the third harmonic of one, (K,).
+
+    So near a harmonic it is found in few of the records whose release sets it going.
+    """
+    track = cycles[record.name]
+    line = 3.0 * track.reference_frequency
+
+    def near(found: Iterable[OtherMode]) -> list[OtherMode]:
+        return [mode for mode in found if abs(mode.frequency - line) < BESIDE_THIRD * line]
+
+    modes = near(mode for other in cycles.values() for mode in other.released)
+    if not modes or near(track.released) or record.kind is Kind.STEADY:
+        return np.zeros(track.time.size)
+    rate, size = float(np.median([mode.rate for mode in modes])), max(mode.relative for mode in modes)
+    return np.asarray(size * np.max(track.amplitude) * np.exp(-rate * (track.time - track.time[0])))
+
+
 def _channels(records: list[Record], cycles: Mapping[str, Cycles], knots: FloatArray) -> Channels:
     parts: list[dict[str, FloatArray]] = []
     for number, record in enumerate(records):
@@ -310,6 +329,7 @@ def _channels(records: list[Record], cycles: Mapping[str, Cycles], knots: FloatA
         third, error = np.zeros(size), np.full(size, np.inf)
         if not record.is_envelope and record.band is None:  # a band leaves no third harmonic
             third, error = third_harmonic(record.time, record.response, track)
+            error = np.hypot(error, _beside_third(record, cycles))
         time = track.time - track.time[0]
         columns = {
             "amplitude": track.amplitude,

@@ -23,7 +23,7 @@ _NUDGE = 1e-4
 _PROBE = 1e-3
 _MOMENTS = np.arange(0.15, 0.86, 0.05)
 _DETUNINGS = np.concatenate([np.arange(-MOST_DETUNING, -0.0045, 0.001), np.arange(0.005, MOST_DETUNING + 1e-4, 0.001)])
-_ABOUT = (-2.0, -1.2, -0.5, 0.0, 0.5, 1.2)  # standard deviations of a prior
+_ABOUT = (-2.0, -1.2, -0.5, 0.0, 0.5, 1.2, 2.0, 3.0)  # standard deviations of a prior
 _AT_ONCE = 64  # points of tests whose filters run side by side, or those of one test where it has more
 
 # Tables of coefficients (W, R, COLUMNS); innovations and variances, (W, 3 N) each; what is found in the end.

@@ -10,7 +10,8 @@ from scruton.arrays import FloatArray
 from scruton.dynamics import effects as catalogue
 from scruton.dynamics.effects import CATALOGUE, Effect, Layout, Variant
 from scruton.dynamics.effects.effect import BENDS, POWERS, Extent
-from scruton.dynamics.effects.terms import COLUMNS
+from scruton.dynamics.effects.terms import COLUMNS, Term
+from scruton.dynamics.reading import inverse_reading
 from scruton.gap import thresholds
 from scruton.gap.attribute import Candidate, best_of, weigh
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
@@ -20,7 +21,7 @@ from scruton.progress import Progress
 Weigh = Callable[..., dict[str, Candidate]]  # a base, the effects in it, and what stands in the place that is judged
 Probable = Callable[["Place"], Mapping[str, float]]  # of every name that might stand in a place, and of none
 _UNKNOWN = catalogue.UNKNOWN.name
-_FRICTION, _NONLINEAR = "coulomb_friction", "structural_damping_nonlinearity"
+_FRICTION, _NONLINEAR, _CLIPPING = "coulomb_friction", "structural_damping_nonlinearity", "sensor_clipping"
 
 
 @dataclass(frozen=True, eq=False)
@@ -348,9 +349,10 @@ def _together(null: FittedHypothesis, effects: Sequence[Candidate]) -> FittedHyp
 
 
 def _negligible(fit: FittedHypothesis | None) -> set[str]:
-    """Effects in a model whose sizes are nobody's concern; one without a size (a lag, a level) is none of them.
+    """Effects in a model whose sizes are nobody's concern; one without a size (a lag) is none of them.
 
-    What grows with the amplitude is measured at the largest of the records that it acts in.
+    What grows with the amplitude is measured at the largest of the records that it acts in; a saturation by what it
+    hides there, unless waves are seen to be cut off.
     """
     small: set[str] = set()
     if fit is None:
@@ -359,9 +361,19 @@ def _negligible(fit: FittedHypothesis | None) -> set[str]:
         sizes = [(fit.value(p.name, k)[0], p) for p in variant.parameters if not p.log and p.name != variant.scan]
         # of what cannot be negative, a fit below zero is nothing
         largest = max((float((size if p.positive else np.abs(size)).max()) for size, p in sizes), default=np.inf)
-        if largest * _growth(variant, fit.hypothesis.data.layout) < thresholds.SMALLEST:
+        hidden = _hidden(variant, fit) if variant.effect == _CLIPPING and not variant.seen > 0.0 else np.inf
+        if largest * _growth(variant, fit.hypothesis.data.layout) < thresholds.SMALLEST or hidden < thresholds.HIDDEN:
             small.add(variant.effect)
     return small
+
+
+def _hidden(variant: Variant, fit: FittedHypothesis) -> float:
+    """Largest part of an amplitude that the readings of the records do not show in which a saturation acts."""
+    rows, largest = (of[variant.scope.records] for of in (fit.table, fit.hypothesis.data.layout.largest))
+    return max(
+        float(1.0 - y / inverse_reading(y, row[Term.CLIP], row[Term.CLIP_SOFT]))
+        for row, y in zip(rows, largest, strict=True)
+    )
 
 
 def _growth(variant: Variant, layout: Layout) -> float:

@@ -24,6 +24,7 @@ SECOND_NATS = 8.0  # that a further effect must gain beside those found
 # differ, which is no second effect, and would show.
 SECOND_SHARE = 0.04
 SMALLEST = 0.025  # size of a further effect over the relaxation damping, below which it is nobody's concern
+HIDDEN = 0.01  # likewise of an amplitude, by a saturation: another mode, or a force, bends waves by so much
 # Size of any effect over the relaxation damping, below which it is none: it moves the stable amplitude by one per cent,
 # which tests do not repeat to.
 NOTICED = 0.01
@@ -56,6 +57,7 @@ FURTHER_NATS = 5.0  # by which a further effect may stay behind the generic term
 FURTHER_SHARE = 0.15  # of its gain, added to that
 GROUP_NATS = 4.0  # effects that close are one group
 ALIKE_NATS = 10.0  # likewise, of those that are nearly one thing where records are few
+BESIDE_THIRD = 0.03  # of three times the frequency, within which another mode is hard to tell from a third harmonic
 BEYOND_PEAKS = 0.1  # of the peak tests' span of reduced velocities, to which what follows it is foretold beyond them
 # Of ln(Y1) and ln(epsilon), by which a test at another speed may miss what the peak tests let expect there and still
 # follow it: forms differ, and stated speeds and frequencies are off.
@@ -70,7 +72,7 @@ TUNED_ON = sum(int(folder["cases"]) for folder in _TUNED["folders"])  # simulate
 MOST_EFFECTS = 3  # at once
 
 # ---- which variants are fitted
-MOST_FITS = 4  # variants of an effect, at most: time
+MOST_FITS = 6  # variants of an effect, at most: time
 QUICK_FITS = 2  # likewise, of those that might join or take a place: the score tests have ranked them
 # Nats behind the first variant of its effect, by what that promised or kept if less, at which another is still fitted.
 FIT_WITHIN = 6.0
