@@ -21,6 +21,7 @@ from scruton.envelope.thresholds import (
     LET_GO_IN_IT,
     LET_GO_OVER,
     MOST_OUTLIERS,
+    MOVED,
     MOVES,
     OUTLIES,
     OUTLIES_MOTION,
@@ -173,7 +174,8 @@ def before_release(record: Record, frequency: float) -> BoolArray:
     if at_once:
         begin = max(last, 1) * cycle  # the release may lie in the last cycle that seems to rest
         quiet, rest_of_it = np.split(record.response, [begin])
-        held[: begin + int(np.argmax(np.abs(rest_of_it - quiet.mean()) > np.ptp(quiet)))] = True
+        moved = np.abs(rest_of_it - quiet.mean()) > max(np.ptp(quiet), MOVED * after[0])
+        held[: begin + int(np.argmax(moved))] = True
     return held
 
 

@@ -24,6 +24,7 @@ from scruton.gap.thresholds import (
     LAGS,
     LINE_SIZE,
     OF_MEANS,
+    SAME_LINE,
 )
 from scruton.stats.whiteness import ljung_box
 
@@ -152,12 +153,18 @@ class SecondLine:
 
 
 def second_lines(campaign: Campaign, cycles: Mapping[str, Cycles]) -> tuple[SecondLine, ...]:
-    """Lines that matter beside the response in every record: what is left there, and large modes that died away."""
+    """Lines that matter beside the response in every record: what is left there, and large modes that died away.
+
+    A line at the frequency of a mode that a release sets going in other records is that mode.
+    """
     used = [one for one, _, _ in campaign.records() if not one.is_envelope and one.name in cycles]
+    modes = [mode.frequency for track in cycles.values() for mode in track.released]
     found = []
     for record in used:
         track = cycles[record.name]
         line = _line(record, track)
+        if line and any(abs(line.frequency / frequency - 1.0) < SAME_LINE for frequency in modes):
+            line = None
         found += [*([line] if line else []), *(_died(record, mode, track) for mode in track.released if mode.is_large)]
     return tuple(found)
 
