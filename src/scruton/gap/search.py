@@ -21,6 +21,7 @@ from scruton.progress import Progress
 Weigh = Callable[..., dict[str, Candidate]]  # a base, the effects in it, and what stands in the place that is judged
 Probable = Callable[["Place"], Mapping[str, float]]  # of every name that might stand in a place, and of none
 _UNKNOWN = catalogue.UNKNOWN.name
+_GAIN = "sensor_gain_error"
 _FRICTION, _NONLINEAR, _CLIPPING = "coulomb_friction", "structural_damping_nonlinearity", "sensor_clipping"
 
 
@@ -287,7 +288,9 @@ def _joined(chain: Chain, beside: Weigh) -> Chain:
     while chain.room:
         best, base, rival = best_of(chain.candidates), chain.evidence, chain.generic
         gain = best.log_evidence - base
-        needed = thresholds.SECOND_NATS + _misfit(first, rival - base) if chain.found else 0.0
+        # the generic term knows nothing of what the sensor does to the signal: a gain may mend a saturation's form
+        mends = np.inf if best.name == _GAIN and any(one.name == _CLIPPING for one in chain.found) else rival - base
+        needed = thresholds.SECOND_NATS + _misfit(first, mends) if chain.found else 0.0
         # A second effect has to beat the generic term: it would mend a first that is wrong, too.
         slack = slack_of_further(gain)
         small = chain.found and best.name in _negligible(best.best)
@@ -303,7 +306,7 @@ def _joined(chain: Chain, beside: Weigh) -> Chain:
 def _misfit(first: float, rival: float) -> float:
     """Nats that the form of a first effect may be off by: a share of its gain, and what the generic term would mend."""
     share = thresholds.SECOND_SHARE * first
-    return min(share, max(rival, 0.0)) if np.isfinite(rival) else share
+    return share if rival == -np.inf else min(share, max(rival, 0.0))
 
 
 def slack_of_further(gain: float) -> float:
