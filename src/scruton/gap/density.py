@@ -15,7 +15,7 @@ _ITERATIONS = 40
 _IMPERFECTIONS = ("stiffness", "third")  # that one setting need not share with another
 # What the wind does to one setting as to another; it blurs the reading, too.
 _SCATTER = ("scatter", "phase_scatter", "noise", "gust_scatter", "gust_time")
-_OWN = ("detuning", "gain", "set_point_scatter", *_SCATTER, *_IMPERFECTIONS)
+_OWN = ("detuning", "frequency_trend", "gain", "set_point_scatter", *_SCATTER, *_IMPERFECTIONS)
 
 
 def restricted(hypothesis: Hypothesis, records: np.ndarray) -> Hypothesis:
