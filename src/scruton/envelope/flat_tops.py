@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from scruton.arrays import BoolArray, FloatArray
-from scruton.envelope.sampling import quantum_of, run_lengths
+from scruton.envelope.sampling import quantum_of, run_lengths, sines
 from scruton.envelope.thresholds import CUT_OFF, FEWEST_IN_A_CYCLE, FINEST_QUANTUM, UNEVEN
 
 
@@ -71,8 +71,7 @@ def _centre(time: FloatArray, response: FloatArray, frequency: float, cut: BoolA
     if count < FEWEST_IN_A_CYCLE:
         return float(np.mean(response))
     whole = time.size // count * count
-    turned = 2.0 * np.pi * frequency * step * np.arange(count)
-    basis = np.stack([np.ones(count), np.cos(turned), np.sin(turned)], axis=1)
+    basis = sines(count, frequency * step)
     left = ~cut[:whole].reshape(-1, count)
     use = np.any(~left, axis=1) & (np.count_nonzero(left, axis=1) > max(3, 0.4 * count))
     if not use.any():

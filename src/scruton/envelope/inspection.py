@@ -178,6 +178,10 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
     cleared: dict[str, Record] = {}
     modes: list[Remark] = []
     clipped = {remark.name for remark in campaign.remarks if remark.kind == CLIPPED}
+
+    def again(rig: Rig) -> partial[Cycles]:
+        return partial(record_cycles, still_air_frequency=rig.frequency.mean, source=source)
+
     for record, rig, test in campaign.records():
         try:
             track = record_cycles(record, rig.frequency.mean, source)
@@ -185,8 +189,7 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
                 _check_ring_down(record, track)
             if test is not None:
                 check_vibrates(record, track, campaign.section.amplitude_unit)
-            again = partial(record_cycles, still_air_frequency=rig.frequency.mean, source=source)
-            left, track = without_other_modes(record, track, again)
+            left, track = without_other_modes(record, track, again(rig))
             if track.released:
                 cleared[record.name] = left
             cycles[record.name] = track
@@ -199,9 +202,8 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
     for record, rig, _ in campaign.records():
         if record.name not in cycles:
             continue
-        again = partial(record_cycles, still_air_frequency=rig.frequency.mean, source=source)
         before = cycles[record.name]
-        left, track = without_suspected_modes(cleared.get(record.name, record), before, again, suspected)
+        left, track = without_suspected_modes(cleared.get(record.name, record), before, again(rig), suspected)
         if track is not before:
             cleared[record.name], cycles[record.name] = left, track
         if track.released:

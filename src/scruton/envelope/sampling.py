@@ -84,3 +84,9 @@ def run_lengths(flag: BoolArray) -> IntArray:
     """Lengths of the runs of true values."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flag, [False]])))
     return edges[1::2] - edges[::2]
+
+
+def sines(count: int, frequency: float) -> FloatArray:
+    """A constant, cosine and sine over `count` samples, (count, 3), at a frequency in cycles a sample."""
+    turned = 2.0 * np.pi * frequency * np.arange(count)
+    return np.stack([np.ones(count), np.cos(turned), np.sin(turned)], axis=1)

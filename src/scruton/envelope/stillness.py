@@ -8,7 +8,7 @@ import numpy as np
 from scruton.arrays import BoolArray, FloatArray
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Campaign, Kind, Record, Rig
-from scruton.envelope.sampling import quantum_of
+from scruton.envelope.sampling import quantum_of, sines
 from scruton.envelope.thresholds import (
     AT_ONCE,
     AT_REST,
@@ -182,8 +182,7 @@ def before_release(record: Record, frequency: float) -> BoolArray:
 def _amplitudes(cycles: FloatArray, frequency: float) -> tuple[FloatArray, float]:
     """Amplitudes of cycles of samples, (K, n), at a frequency in cycles a sample, and the error of the first ones."""
     count = cycles.shape[1]
-    turned = 2.0 * np.pi * frequency * np.arange(count)
-    basis = np.stack([np.ones(count), np.cos(turned), np.sin(turned)], axis=1)
+    basis = sines(count, frequency)
     fitted = cycles @ np.linalg.pinv(basis).T
     left = cycles - fitted @ basis.T
     scatter = np.sqrt(np.sum(left**2, axis=1) / (count - 3))

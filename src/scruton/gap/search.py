@@ -306,7 +306,7 @@ def _joined(chain: Chain, beside: Weigh) -> Chain:
 def _misfit(first: float, rival: float) -> float:
     """Nats that the form of a first effect may be off by: a share of its gain, and what the generic term would mend."""
     share = thresholds.SECOND_SHARE * first
-    return share if rival == -np.inf else min(share, max(rival, 0.0))
+    return min(share, max(rival, 0.0)) if np.isfinite(rival) else share
 
 
 def slack_of_further(gain: float) -> float:
