@@ -60,6 +60,10 @@ EFFECTS = {
     "cubic": ({"AERO_SQUARE": 40.0}, lambda a: -40.0 * a**3),
     "fifth": ({"AERO_FOURTH": 8000.0}, lambda a: -8000.0 * a**5),
     "coherence": ({"COHERENCE": 0.02}, lambda a: -LAM * A_STAR * np.exp(-a / 0.02)),
+    "levels": (
+        {"STRUCTURAL_RISE": 0.2, "STRUCTURAL_KNEE": 0.03, "STRUCTURAL_POWER": 2.0},
+        lambda a: -0.2 * a**3 / (a * a + 9e-4),
+    ),
     "bump": (
         {"BUMP": 0.1, "BUMP_AT": float(np.log(0.7 * A_STAR)), "BUMP_WIDTH": 0.3},
         lambda a: -0.1 * a * np.exp(-0.5 * (np.log(a / (0.7 * A_STAR)) / 0.3) ** 2),
@@ -97,7 +101,10 @@ ALONE = {
     "structural": {"STRUCTURAL": 0.05, "STRUCTURAL_LINEAR": 1.0, "STRUCTURAL_SQUARE": 10.0},
     "aerodynamic": {"AERO_LINEAR": 1.0, "AERO_SQUARE": 10.0, "AERO_FOURTH": 500.0},
     "coherence": {"COHERENCE": 0.02},
+    "levels": {"STRUCTURAL_RISE": 0.2, "STRUCTURAL_KNEE": 0.03, "STRUCTURAL_POWER": 1.0},
+    "levels later": {"STRUCTURAL_RISE": 0.2, "STRUCTURAL_KNEE": 0.03, "STRUCTURAL_POWER": 2.0},
     "trend": {"TREND": 0.1, "TREND_SINE": 0.05, "TREND_DRIVE": 0.05},
+    "arch": {"TREND_ARCH": 0.1, "TREND_DRIVE_ARCH": -0.2},
     "jump": {"JUMP": 0.1, "JUMP_RATE": 0.1, "JUMP_TIME": 4.0},
     "warming": {"WARMING": 0.1, "WARMING_PACE": 2.0},
     "forcing": {"FORCE_COS": 0.002, "FORCE_SIN": 0.001, "FORCE_RATE": 1.0},

@@ -40,6 +40,8 @@ def test_sampling_in_step_with_the_motion_is_none(per_cycle: int) -> None:
     wave = np.cos(2.0 * np.pi * FREQUENCY * time + np.pi / per_cycle)
     for quantum in (1e-5, 1e-3, 1e-2):
         assert flat_top(time, np.round(wave / quantum) * quantum, FREQUENCY).nats < 3.0
+    aside = np.cos(2.0 * np.pi * FREQUENCY * time + 0.3 / per_cycle)
+    assert flat_top(time, aside, FREQUENCY).nats < 3.0
 
 
 def test_samples_that_are_held_are_none() -> None:
@@ -53,3 +55,16 @@ def test_levels_are_from_the_centre_of_the_motion(below: float, levels: tuple[fl
     time, wave = decay(31.0)
     found = flat_top(time, np.clip(0.2 + wave, below, 0.93), FREQUENCY)
     assert found.levels == pytest.approx(levels, abs=0.01)
+
+
+@pytest.mark.parametrize("per_cycle", [14.3, 25.4, 60.3])
+def test_noise_that_comes_after_the_end_of_a_range_hides_no_plateau(per_cycle: float) -> None:
+    """A converter's noise and a zero that creeps: no reading is repeated, and crests are level all the same."""
+    time, wave = decay(per_cycle, noise=0.0)
+    after = 3e-3 * np.random.default_rng(5).standard_normal(time.size) + 2e-4 * time
+    found = flat_top(time, np.clip(wave, -0.7, np.inf) + after, FREQUENCY)
+    assert found.nats > 10.0
+    assert found.levels[0] == np.inf
+    assert found.levels[1] == pytest.approx(0.7, abs=0.02)
+    assert flat_top(time, wave + after, FREQUENCY).nats < 3.0
+    assert flat_top(time, np.tanh(1.5 * wave) + after, FREQUENCY).nats < 3.0  # rounded, not cut off

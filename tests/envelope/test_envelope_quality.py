@@ -6,6 +6,7 @@ from scipy.signal import lfilter
 
 from scruton.campaign.schema import Kind, Record
 from scruton.envelope import assess, demodulate, record_cycles, relaxation
+from scruton.envelope.lines import folded, folded_harmonics, second_line
 from scruton.envelope.sampling import quantum_of
 from scruton.errors import InputError
 
@@ -258,3 +259,23 @@ def test_a_record_that_never_oscillates():
     r = Record("n", Path("n.csv"), Kind.STEADY, np.arange(3000) / FS, np.random.default_rng(0).normal(size=3000))
     with pytest.raises(InputError, match=r"n\.csv: .*wanted a record that oscillates"):
         record_cycles(r, F)
+
+
+RESPONSE = 6.13  # Hz
+
+
+@pytest.mark.parametrize("order", [7, 9, 17])
+def test_an_alias_of_a_harmonic_is_that_harmonic(order):
+    """Of a wave that is cut off, where samples are few: none is another motion."""
+    line = folded(order * RESPONSE, 60.0)
+    assert folded_harmonics(RESPONSE, 60.0)[order] == pytest.approx(line)
+    found = second_line(*_sampled(order), demodulate(*_sampled(order)))
+    assert found is not None
+    assert found.frequency == pytest.approx(line, abs=0.05)
+    assert found.harmonic == order
+
+
+def _sampled(order):
+    t = np.arange(0.0, 40.0, 1.0 / 60.0)
+    motion = np.cos(2.0 * np.pi * RESPONSE * t) + 0.05 * np.cos(2.0 * np.pi * order * RESPONSE * t + 0.3)
+    return t, motion + 1e-3 * np.random.default_rng(1).standard_normal(t.size)

@@ -114,3 +114,20 @@ def test_where_no_record_in_wind_can_be_used_none_is_left_out(small_campaign):
         usable(replace(campaign, tests=(replace(test, records=large),)))
     _, cycles = usable(replace(campaign, tests=()))
     assert cycles
+
+
+@pytest.mark.parametrize("clipped", [False, True])
+def test_a_decay_that_is_pushed_first_is_used_from_its_largest_cycle_on(with_slip, small_campaign, clipped):
+    """By hand, for a second, and the record tells nothing of it: it was a wake that remembers, or a gain."""
+
+    def pushed(time, response):
+        since = time - time[0]
+        return time, response * np.where(since < 1.0, 0.1 + 0.9 * since, 1.0)
+
+    campaign, cycles = usable(load_campaign(with_slip(record="decay.csv", change=pushed)), clipped=clipped)
+    amplitude = cycles["decay.csv"].amplitude
+    assert int(np.argmax(amplitude)) == 0
+    (said,) = (remark.sentence for remark in campaign.remarks if remark.kind == "pushed")
+    assert "rises before it decays (a push), and is used from there on" in said
+    assert usable(campaign, clipped=clipped)[0] is campaign
+    assert not usable(load_campaign(small_campaign), clipped=clipped)[0].remarks

@@ -51,7 +51,7 @@ def found(monkeypatch: pytest.MonkeyPatch) -> Search:
         def fit(names: Sequence[str]) -> Any:
             variants = tuple(
                 SimpleNamespace(
-                    name=name, effect=name, scan="", seen=float(name in seen),
+                    name=name, identity=name, effect=name, scan="", seen=float(name in seen),
                     parameters=(SIZE,) * (name in (*small, *damps, *eases)),
                     scope=SimpleNamespace(
                         extent=Extent.EACH_RIG if name in own else Extent.EVERYWHERE, records=np.ones(1, dtype=bool)
@@ -65,7 +65,7 @@ def found(monkeypatch: pytest.MonkeyPatch) -> Search:
                 log_evidence=value, mode=np.empty(0), names=tuple(names),
                 value=lambda _name, k: (size(names[k], len(names)), np.full(1, 0.1)),
                 with_variants=lambda variant, start: fit((*names, variant.name)),
-                hypothesis=SimpleNamespace(null=None, variants=variants, data=DATA),
+                hypothesis=SimpleNamespace(null=None, variants=variants, data=DATA), table=np.ones((1, COLUMNS)),
             )  # fmt: skip
 
         def weigh(base: Any, effects: Sequence[Effect], **_: object) -> dict[str, Candidate]:
@@ -248,7 +248,7 @@ def test_what_grows_with_the_amplitude_is_small_where_it_is_largest() -> None:
         layout = replace(LAYOUT, largest=np.full(2, ratio * LAYOUT.reference_amplitude))
         hypothesis = SimpleNamespace(variants=(fourth,), data=SimpleNamespace(layout=layout))
         fit: Any = SimpleNamespace(hypothesis=hypothesis, value=lambda *_: (np.full(1, 0.019), np.full(1, 0.001)))
-        assert module._negligible(fit) == small
+        assert module.negligible(fit) == small
 
 
 @pytest.mark.parametrize(("level", "seen", "small"), [(1.5, 0.0, True), (1.0, 0.0, False), (1.5, 20.0, False)])
@@ -258,7 +258,7 @@ def test_a_saturation_that_hides_nothing_is_small_unless_it_is_seen(level: float
     table[:, Term.CLIP], table[:, Term.CLIP_SOFT] = level * LAYOUT.largest, 2.0
     hypothesis = SimpleNamespace(variants=(replace(variant, seen=seen),), data=SimpleNamespace(layout=LAYOUT))
     fit: Any = SimpleNamespace(hypothesis=hypothesis, table=table)
-    assert module._negligible(fit) == ({"sensor_clipping"} if small else set())
+    assert module.negligible(fit) == ({"sensor_clipping"} if small else set())
 
 
 def test_a_bend_that_gains_nothing_beside_the_unknown_leaves(found: Search) -> None:

@@ -104,6 +104,8 @@ TERMS: tuple[dict[str, float], ...] = (
     {"LINE_COS": 0.001, "LINE_SIN": 0.002, "LINE_RATE": 1.3, "LINE_DECAY": 0.1},
     {"HAT": 0.05},
     {"WARMING": 0.2, "WARMING_PACE": 2.0},
+    {"STRUCTURAL_RISE": 0.1, "STRUCTURAL_KNEE": 0.04, "STRUCTURAL_POWER": 1.0},
+    {"TREND_DRIVE_ARCH": 0.03, "FREQUENCY_TREND": 0.001, "FREQUENCY_LOSS": 1.5},
 )
 BARE = {
     "AERO": RATE,

@@ -7,14 +7,14 @@ from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
 from scruton.dynamics.friction import hysteresis
 
 _S1, _S2, _S3 = int(Term.STRUCTURAL), int(Term.STRUCTURAL_LINEAR), int(Term.STRUCTURAL_SQUARE)
+_RISE, _KNEE, _POWER = int(Term.STRUCTURAL_RISE), int(Term.STRUCTURAL_KNEE), int(Term.STRUCTURAL_POWER)
 _F, _FW, _FS = int(Term.FRICTION), int(Term.FRICTION_WIDTH), int(Term.FRICTION_SPRING)
 _L1, _C, _L2, _L3, _L5 = (
     int(Term.AERO), int(Term.DRIVE), int(Term.AERO_LINEAR), int(Term.AERO_SQUARE), int(Term.AERO_FOURTH)
 )  # fmt: skip
 _COH, _LAG, _LAG_KIND, _LATE = int(Term.COHERENCE), int(Term.LAG), int(Term.LAG_KIND), int(Term.LATE)
-_TREND, _SINE, _ARCH, _TREND_DRIVE = (
-    int(Term.TREND), int(Term.TREND_SINE), int(Term.TREND_ARCH), int(Term.TREND_DRIVE)
-)  # fmt: skip
+_TREND, _SINE, _ARCH = int(Term.TREND), int(Term.TREND_SINE), int(Term.TREND_ARCH)
+_TREND_DRIVE, _ARCH_DRIVE = int(Term.TREND_DRIVE), int(Term.TREND_DRIVE_ARCH)
 _JUMP, _JUMP_RATE = int(Term.JUMP), int(Term.JUMP_RATE)
 _WARMING, _PACE = int(Term.WARMING), int(Term.WARMING_PACE)
 _HAT = int(Term.HAT)
@@ -41,7 +41,7 @@ def weather(x, w, tau, bow, arch, late):  # type: ignore[no-untyped-def]
     """
     wind = 1.0 + x[_TREND, w] * tau + x[_SINE, w] * bow + x[_ARCH, w] * arch
     still = x[_S1, w] + late * x[_JUMP_RATE, w]
-    drive = x[_C, w] * (1.0 + x[_TREND_DRIVE, w] * tau) * (1.0 + late * x[_JUMP, w])
+    drive = x[_C, w] * (1.0 + x[_TREND_DRIVE, w] * tau + x[_ARCH_DRIVE, w] * arch) * (1.0 + late * x[_JUMP, w])
     return wind, still, drive
 
 
@@ -74,7 +74,7 @@ def rough(c):  # type: ignore[no-untyped-def]
     """Whether a row of coefficients has terms that are no polynomial of the amplitude: 0, 1, or 2 with hats."""
     if has_hats(c):
         return 2.0
-    return 1.0 if c[_F] != 0.0 or c[_LAG] > 0.0 or c[_COH] > 0.0 else 0.0
+    return 1.0 if c[_F] != 0.0 or c[_LAG] > 0.0 or c[_COH] > 0.0 or c[_RISE] != 0.0 else 0.0
 
 
 @njit(cache=True, inline="always")
@@ -91,6 +91,14 @@ def drift_of(a, lagged, x, w, wind, still, drive, force, hats, knots):  # type: 
         root = np.sqrt(a * a + w2)
         f -= x[_F, w] * a / root
         d -= x[_F, w] * w2 / (root * root * root)
+    if x[_RISE, w] != 0.0:
+        k2, a2 = x[_KNEE, w] * x[_KNEE, w], a * a
+        share = a2 / (a2 + k2)
+        power = x[_POWER, w]
+        if power < 1.5:
+            share = np.sqrt(share)
+        f -= x[_RISE, w] * share * a
+        d -= x[_RISE, w] * share * (1.0 + power * k2 / (a2 + k2))
     at_once = x[_LAG, w] <= 0.0 or x[_LAG_KIND, w] > 1.5
     b = a if at_once else lagged
     slow = x[_L1, w] + b * (x[_L2, w] + b * (x[_L3, w] + b * b * x[_L5, w]))

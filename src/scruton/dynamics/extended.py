@@ -34,12 +34,12 @@ _Q, _R = int(Term.SCATTER), int(Term.NOISE)
 _STICK = int(Term.FRICTION_SPRING)
 _DET, _PQ = int(Term.DETUNING), int(Term.PHASE_SCATTER)
 _BENDS = [int(term) for term in (Term.STIFFNESS_LINEAR, Term.STIFFNESS, Term.STIFFNESS_FOURTH)]
-_WARMING, _CREEP = int(Term.WARMING), int(Term.FREQUENCY_TREND)
+_WARMING, _CREEP, _LOSS = int(Term.WARMING), int(Term.FREQUENCY_TREND), int(Term.FREQUENCY_LOSS)
 _H3, _H3R, _JT = int(Term.THIRD), int(Term.THIRD_NOISE), int(Term.JUMP_TIME)
 _LC, _LS, _LR, _LD = int(Term.LINE_COS), int(Term.LINE_SIN), int(Term.LINE_RATE), int(Term.LINE_DECAY)
 _GUST, _GUST_RATE, _SET_POINT = int(Term.GUST), int(Term.GUST_RATE), int(Term.SET_POINT)
 # Columns that the amplitude depends on; the others move the phase and the third harmonic alone.
-_DAMPING = np.setdiff1d(np.arange(COLUMNS), [_DET, *_BENDS, _CREEP, _PQ, _H3, _H3R])
+_DAMPING = np.setdiff1d(np.arange(COLUMNS), [_DET, *_BENDS, _CREEP, _LOSS, _PQ, _H3, _H3R])
 
 
 class _Cycles(NamedTuple):
@@ -124,7 +124,9 @@ def _block(data, table, here, low, high, moved, p0, knots, levels, v_out, s_out)
         known = known and not start
         wander(x, y, data.omega[k], gap + period if known else 0.0)
         if creeping and known:
-            creep(x, data.omega[k] * (gap + period) * data.place[k])
+            before = data.amplitude[k - 1]
+            grown = 0.0 if faint or before <= 0.0 else 2.0 * (y - before) / (y + before)
+            creep(x, data.omega[k] * (gap + period), data.place[k], grown)
         if sticky and known:
             stick(x, y, data.omega[k] * (gap + period))
         if known and not faint:
@@ -166,7 +168,7 @@ def _coefficients(x, table, here, record):  # type: ignore[no-untyped-def]
         lined |= c[_LC] != 0.0 or c[_LS] != 0.0
         forced |= c[_FC] != 0.0 or c[_FS] != 0.0
         warming |= c[_WARMING] != 0.0
-        creeping |= c[_CREEP] != 0.0
+        creeping |= c[_CREEP] != 0.0 or c[_LOSS] != 0.0
         bent |= x[row.ROUGH, w] > 0.0
         clipped |= c[_CLIP] > 0.0
         sticky |= c[_STICK] != 0.0

@@ -9,7 +9,7 @@ from scruton.dynamics.reading import third_of_bend
 _GAIN, _R = int(Term.GAIN), int(Term.NOISE)
 _DET, _PQ = int(Term.DETUNING), int(Term.PHASE_SCATTER)
 _ST1, _ST2, _ST4 = int(Term.STIFFNESS_LINEAR), int(Term.STIFFNESS), int(Term.STIFFNESS_FOURTH)
-_CREEP = int(Term.FREQUENCY_TREND)
+_CREEP, _LOSS = int(Term.FREQUENCY_TREND), int(Term.FREQUENCY_LOSS)
 _FW, _FS = int(Term.FRICTION_WIDTH), int(Term.FRICTION_SPRING)
 _H3, _H3R = int(Term.THIRD), int(Term.THIRD_NOISE)
 
@@ -26,10 +26,15 @@ def wander(x, y, omega, step):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def creep(x, turned):  # type: ignore[no-untyped-def]
-    """Move the phase on by what the frequency has changed by since the middle of the record."""
+def creep(x, turned, place, grown):  # type: ignore[no-untyped-def]
+    """Move the phase on by what the frequency has changed by since the middle of the record, and by what growth costs.
+
+    That is of second order in the rate, the share of itself `grown` by while it `turned`: a force that is the sign of
+    the velocity runs ahead of the phase.
+    """
+    rate = grown / turned
     for w in range(row.LANES):
-        x[row.ANGLE, w] += turned * x[_CREEP, w]
+        x[row.ANGLE, w] += turned * (x[_CREEP, w] * place - x[_LOSS, w] * rate * rate)
 
 
 @njit(cache=True)

@@ -6,7 +6,7 @@ from scruton.arrays import ComplexArray, FloatArray
 from scruton.envelope.band import line_noise
 from scruton.envelope.frequency import dominant_frequency
 from scruton.envelope.sampling import quantum_of, sampling
-from scruton.envelope.thresholds import SECOND_HARMONIC
+from scruton.envelope.thresholds import BENT, MOST_HARMONICS, SECOND_HARMONIC, THIRD_HARMONIC
 from scruton.envelope.tracking import Track, box_sum, follow
 from scruton.envelope.types import Cycles
 from scruton.envelope.windows import CycleFit, Windows, cut, fit_cycles
@@ -53,7 +53,8 @@ def demodulate(
 
     Notes
     -----
-    Each cycle is regressed on [cos, sin, 1] and, from ten samples per cycle, a second harmonic. A first pass finds
+    Each cycle is regressed on [cos, sin, 1] and, from ten samples per cycle, a second harmonic; where the wave is bent,
+    by a sensor that saturates or a spring, on a third one, which would leak into the first. A first pass finds
     the local frequency, growth and drift of the offset; in the second the regressors carry them, so that the
     amplitude is that at mid-cycle however fast it grows or the frequency wanders.
 
@@ -86,20 +87,27 @@ def demodulate(
         fit = fit_cycles(time, response, windows)
     grid = int(windows.number[-1]) + 1
     number = windows.number
-    harmonic = len(time) / ((time[-1] - time[0]) * reference) >= SECOND_HARMONIC
+    samples = len(time) / ((time[-1] - time[0]) * reference)
+    harmonics = 2 if samples >= SECOND_HARMONIC else 1
     track = _track(windows, fit, hidden)
     for _ in range(_PASSES):
         rate = track.rate[number] * reference
         drift = _offset_slope(fit.offset, number, grid) * reference
-        fit = fit_cycles(time, response, windows, rate=rate, drift=drift, harmonic=harmonic)
+        fit = fit_cycles(time, response, windows, rate=rate, drift=drift, harmonics=harmonics)
         track = _track(windows, fit, hidden)
+    if samples >= THIRD_HARMONIC:
+        bent = fit_cycles(time, response, windows, rate=rate, drift=drift, harmonics=3)
+        if _third_of(bent) > BENT:
+            count = min(int(samples / 4.0), MOST_HARMONICS)
+            fit = fit_cycles(time, response, windows, rate=rate, drift=drift, harmonics=count)
+            track = _track(windows, fit, hidden)
     direction, smooth_phase = track.direction[number], track.phase[number]
     quantum = quantum_of(response)
     sigma2 = np.maximum(_local_variance(fit, hidden), quantum**2 / 12.0 + np.finfo(float).tiny)
     amplitude = (fit.z * np.conj(direction)).real
     c, s = direction.real, direction.imag
     unit_variance = c * c * fit.cov_rr + 2.0 * c * s * fit.cov_ri + s * s * fit.cov_ii
-    colour = _colour(fit, smooth_phase, sigma2, number, harmonic) if band is None else 1.0
+    colour = _colour(fit, smooth_phase, sigma2, number, harmonics > 1) if band is None else 1.0
     variance = sigma2 * unit_variance * colour
     error = np.sqrt(variance + _staircase(amplitude, sigma2, quantum))
     if not _oscillates(fit.z, smooth_phase, error):
@@ -202,6 +210,14 @@ def _cut(time: FloatArray, frequency: float, name: str) -> Windows:
         raise InputError(name, "", f"{len(windows.number)} whole cycles at {frequency:.4g} Hz",
                          "at least five whole cycles")  # fmt: skip
     return windows
+
+
+def _third_of(fit: CycleFit) -> float:
+    """Third harmonic over the first, of all cycles together, less what noise makes of it."""
+    size = np.abs(fit.z)
+    in_step = fit.third * np.conj(fit.z / np.maximum(size, 1e-300)) ** 3
+    noise = 4.0 * np.sqrt(np.sum(np.square(np.abs(in_step) * size)))
+    return float((np.abs(np.sum(in_step * size)) - noise) / np.sum(size**2))
 
 
 def _track(windows: Windows, fit: CycleFit, hidden: float) -> Track:

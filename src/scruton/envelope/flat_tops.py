@@ -6,7 +6,17 @@ import numpy as np
 
 from scruton.arrays import BoolArray, FloatArray
 from scruton.envelope.sampling import quantum_of, run_lengths, sines
-from scruton.envelope.thresholds import CUT_OFF, FEWEST_IN_A_CYCLE, FINEST_QUANTUM, UNEVEN
+from scruton.envelope.thresholds import (
+    CUT_OFF,
+    FEWEST_FOLDED,
+    FEWEST_IN_A_CYCLE,
+    FEWEST_ON_A_PLATEAU,
+    FINEST_QUANTUM,
+    LEVEL,
+    PLATEAU_NATS,
+    PLATEAUS,
+    UNEVEN,
+)
 
 
 class FlatTop(NamedTuple):
@@ -90,6 +100,7 @@ def cut_off_sides(time: FloatArray, response: FloatArray, frequency: float) -> l
 def flat_sides(time: FloatArray, response: FloatArray, frequency: float) -> list[Side]:
     """The sides of a record whose extreme reading is repeated more often than by chance, above first."""
     mean = float(np.mean(response))
+    folded = _fold(time, response - mean, frequency)
     per_cycle = (time.size - 1) / float(time[-1] - time[0]) / frequency
     quantum, sides = quantum_of(response), []
     for sign in (1.0, -1.0):
@@ -108,7 +119,69 @@ def flat_sides(time: FloatArray, response: FloatArray, frequency: float) -> list
         pairs = starts[(rows == 2) & (starts > 0) & (starts + 2 < y.size)]
         lopsided = np.abs(y[pairs - 1] - y[pairs + 2]) > 4.0 * step + UNEVEN * top
         repeated = int(np.sum(np.maximum(rows - 2, 0)) + np.count_nonzero(lopsided))
-        if repeated > chance:
-            nats = float(repeated * np.log(repeated / chance) - repeated + chance)
+        nats = float(repeated * np.log(repeated / chance) - repeated + chance) if repeated > chance else 0.0
+        level = None if nats > CUT_OFF or folded is None else folded.plateau(sign)
+        if level is not None:  # with noise that comes after the end of the range no reading is repeated
+            sides.append(Side(sign, level.height, PLATEAU_NATS, y > level.height - 3.0 * level.scatter))
+        elif nats > 0.0:
             sides.append(Side(sign, top, nats, at_top))
     return sides
+
+
+class _Level(NamedTuple):
+    height: float
+    scatter: float
+
+
+class _Folded(NamedTuple):
+    """The samples of whole cycles laid over each other, (K, n) each: readings, and phases from the crest [rad].
+
+    `size` is the amplitude of each cycle's fundamental, (K,).
+    """
+
+    reading: FloatArray
+    phase: FloatArray
+    size: FloatArray
+
+    def plateau(self, sign: float) -> _Level | None:
+        """Where the crests of the largest cycles bend and slope by less than a tenth of a sine; None elsewhere.
+
+        A sensor that saturates softly rounds its crests and flattens none.
+        """
+        large = self.size > 0.9 * np.quantile(self.size, 0.95)
+        y, size = sign * self.reading[large], float(np.mean(self.size[large]))
+        phase = self.phase[large] if sign > 0.0 else self.phase[large] % (2.0 * np.pi) - np.pi
+        for width in PLATEAUS:
+            near = np.abs(phase) < width
+            count = near.sum(axis=1, keepdims=True)
+            near &= count > 1
+            if np.count_nonzero(near) < FEWEST_ON_A_PLATEAU:
+                continue
+            columns = np.stack([y, phase, phase**2])
+            own = np.sum(columns * near, axis=2, keepdims=True) / np.maximum(count, 1)
+            rest, slope, bend = (columns - own)[:, near]
+            basis = np.stack([slope, bend], axis=1)
+            # where the sampling keeps step with the motion, samples may lie at two phases alone
+            if np.linalg.cond(basis) > 100.0 / width:
+                continue
+            inverse = np.linalg.inv(basis.T @ basis)
+            fitted = inverse @ (basis.T @ rest)
+            scatter = float(np.std(rest - basis @ fitted))
+            bound = LEVEL * 0.5 * size  # that of a sine is half its amplitude
+            if abs(fitted[1]) + 2.0 * scatter * np.sqrt(inverse[1, 1]) < bound and abs(fitted[0]) < bound:
+                return _Level(float(np.median(y[near])), scatter)
+        return None
+
+
+def _fold(time: FloatArray, response: FloatArray, frequency: float) -> _Folded | None:
+    step = float(time[-1] - time[0]) / (time.size - 1)
+    count = round(1.0 / (frequency * step))
+    if count < FEWEST_IN_A_CYCLE or time.size < FEWEST_FOLDED * count:
+        return None
+    whole = time.size // count * count
+    y, basis = response[:whole].reshape(-1, count), sines(count, frequency * step)
+    fitted = y @ np.linalg.pinv(basis).T
+    turned = 2.0 * np.pi * frequency * step * np.arange(count) - np.arctan2(fitted[:, 2], fitted[:, 1])[:, None]
+    phase = (turned + np.pi) % (2.0 * np.pi) - np.pi
+    size: FloatArray = np.hypot(fitted[:, 1], fitted[:, 2])
+    return _Folded(y, np.asarray(phase, dtype=float), size)

@@ -1,6 +1,6 @@
 """A campaign with what its records show: what remarks rest on."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,7 +16,7 @@ from scruton.envelope.other_modes import remark_on, without_other_modes, without
 from scruton.envelope.quality import RecordQuality, assess
 from scruton.envelope.ringdown import RingDown, ring_down
 from scruton.envelope.stillness import LeftOut, moving, unspoiled, without_samples
-from scruton.envelope.thresholds import FALLS, NYQUIST, STATED_SD
+from scruton.envelope.thresholds import FALLS, NYQUIST, RISES, STATED_SD
 from scruton.envelope.transient import front_end_cycles
 from scruton.envelope.types import Cycles
 from scruton.envelope.vibrates import check_vibrates
@@ -136,39 +136,66 @@ def usable(
         before = cycles
         campaign, cycles = _sifted(tuned, source, strict, plucks)
         cycles = {name: replace(one, released=(*before[name].released, *one.released)) for name, one in cycles.items()}
-    return (campaign, cycles) if clipped else _risen(campaign, cycles, source)
+    campaign, cycles = _from_there(campaign, cycles, source, _pushed)
+    return (campaign, cycles) if clipped else _from_there(campaign, cycles, source, _fallen)
 
 
-def _risen(campaign: Campaign, cycles: dict[str, Cycles], source: str) -> tuple[Campaign, dict[str, Cycles]]:
-    """Growths from their lowest cycle on, where they fall far before they grow, and the remarks that say so.
+Envelopes = dict[str, Cycles]
+
+
+def _fallen(cycles: Envelopes, record: Record, _frequency: float) -> LeftOut | None:
+    """What comes before the lowest cycle of a growth that falls far before it grows.
 
     A body that is released out of step with its wake works against it at first: no damping that depends on the
     amplitude alone lets it pass one amplitude in both directions.
     """
+    if record.kind is not Kind.GROWTH:
+        return None
+    track = cycles[record.name]
+    lowest = int(np.argmin(track.amplitude))
+    if not 0 < lowest < track.amplitude.size // 2:
+        return None
+    part = float(track.amplitude[lowest] / track.amplitude[0])
+    if part >= FALLS:
+        return None
+    alike = "falls to {} of its first amplitude before it grows, and is used from there on"
+    told = f"{alike.format(f'{part:.0%}')} (a body released out of step with its wake)."
+    gone = record.time < track.part(slice(lowest, None)).begin
+    return gone, Remark(Severity.DOUBT, "falls", "record", record.name, told, f"{alike},", part)
 
-    def fallen(record: Record, _frequency: float) -> LeftOut | None:
-        if record.kind is not Kind.GROWTH:
-            return None
-        track = cycles[record.name]
-        lowest = int(np.argmin(track.amplitude))
-        if not 0 < lowest < track.amplitude.size // 2:
-            return None
-        part = float(track.amplitude[lowest] / track.amplitude[0])
-        if part >= FALLS:
-            return None
-        alike = "falls to {} of its first amplitude before it grows, and is used from there on"
-        told = f"{alike.format(f'{part:.0%}')} (a body released out of step with its wake)."
-        gone = record.time < track.part(slice(lowest, None)).begin
-        return gone, Remark(Severity.DOUBT, "falls", "record", record.name, told, f"{alike},", part)
 
-    risen = without_samples(campaign, fallen)
-    cut = {remark.name for remark in risen.remarks[len(campaign.remarks) :]}
+def _pushed(cycles: Envelopes, record: Record, _frequency: float) -> LeftOut | None:
+    """What a decay has up to its largest cycle, that included, where it rises far before it falls: a push by hand."""
+    if record.kind not in (Kind.DECAY, Kind.FREE_DECAY):
+        return None
+    track = cycles[record.name]
+    largest = int(np.argmax(track.amplitude))
+    if not 0 < largest < track.amplitude.size // 2:
+        return None
+    part = float(track.amplitude[0] / track.amplitude[largest])
+    if part >= RISES:
+        return None
+    alike = "starts at {} of its largest amplitude and rises before it decays (a push), and is used from there on"
+    gone = record.time < track.part(slice(largest + 1, None)).begin
+    told = f"{alike.format(f'{part:.0%}')}."
+    return gone, Remark(Severity.DOUBT, "pushed", "record", record.name, told, f"{alike},", part)
+
+
+def _from_there(
+    campaign: Campaign,
+    cycles: Envelopes,
+    source: str,
+    rule: Callable[[Envelopes, Record, float], LeftOut | None],
+) -> tuple[Campaign, Envelopes]:
+    """The records from the cycle on that a rule says, and the remarks that say so."""
+    rest = without_samples(campaign, partial(rule, cycles))
+    cut = {remark.name for remark in rest.remarks[len(campaign.remarks) :]}
     again = {
         record.name: replace(record_cycles(record, rig.frequency.mean, source), released=cycles[record.name].released)
-        for record, rig, _ in risen.records()
+        for record, rig, _ in rest.records()
         if record.name in cut
     }
-    return risen, {**cycles, **again}
+    return rest, {**cycles, **again}
 
 
 def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tuple[Campaign, dict[str, Cycles]]:

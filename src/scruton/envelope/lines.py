@@ -1,6 +1,6 @@
 """A second line in a record's spectrum: another mode close by (beating), or elsewhere, or a harmonic."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from scruton.envelope.thresholds import CLOSE_LINE, ONE_SIDED, STANDS_OUT, STAND
 from scruton.envelope.types import Cycles
 
 _LONGEST = 2**19  # samples that the spectrum looks at
-
+_MOST_FOLDED = 25  # order of the highest harmonic of which an alias is looked for: a wave that is cut off has such
 
 _MAINS, _WANDER = (50.0, 60.0), 0.15  # Hz, and how far from it a line may be seen
 
@@ -20,7 +20,7 @@ class Line:
     """A spectral line besides the main one.
 
     `relative` is its height over the main line's; `harmonic` is its order where it is a multiple of the main
-    frequency (a distorted wave rather than another motion), otherwise 0.
+    frequency, or an alias of one (a distorted wave rather than another motion), otherwise 0.
     """
 
     frequency: float
@@ -41,6 +41,12 @@ def mains_seen(sample_rate: float) -> dict[float, float]:
 def folded(frequency: float, sample_rate: float) -> float:
     """Where a frequency shows at a sample rate, as itself or as an alias [Hz]."""
     return abs(frequency - sample_rate * round(frequency / sample_rate))
+
+
+def folded_harmonics(main: float, sample_rate: float) -> dict[int, float]:
+    """Where the harmonics of a line that a sample rate is too low for show in a record, by their order [Hz]."""
+    orders = range(int(0.5 * sample_rate / main) + 1, _MOST_FOLDED + 1)
+    return {k: folded(k * main, sample_rate) for k in orders}
 
 
 def apart_from_mains(frequency: FloatArray, sample_rate: float, resolution: float) -> BoolArray:
@@ -67,7 +73,12 @@ def second_line(time: FloatArray, response: FloatArray, cycles: Cycles) -> Line 
     demodulated, is subtracted from the record first.
     """
     lines = [line for line in (_near(cycles), _far(time, response, cycles)) if line is not None]
-    return max(lines, key=lambda line: line.relative, default=None)
+    found = max(lines, key=lambda line: line.relative, default=None)
+    if found is None:
+        return None
+    resolution = 1.5 / float(time[-1] - time[0])
+    order = _order(found.frequency, cycles.reference_frequency, 1.0 / sampling(time).step, resolution)
+    return replace(found, harmonic=order)
 
 
 def harmonics(t: FloatArray, cycles: Cycles) -> FloatArray:
@@ -121,6 +132,16 @@ def _near(cycles: Cycles) -> Line | None:
     return Line(float(cycles.reference_frequency * (1.0 + frequency[k]) + drift), float(height[k]) / passed)
 
 
+def _order(line: float, main: float, sample_rate: float, resolution: float) -> int:
+    """Which multiple of the main frequency, from two on, a line is or is an alias of; 0 of none."""
+    order = round(line / main)
+    # the main frequency may drift by a hundredth; of a high order, that is far
+    if order >= 2 and abs(line - order * main) < 0.01 * order * main + resolution:
+        return order
+    aliases = folded_harmonics(main, sample_rate)
+    return next((k for k, seen in aliases.items() if abs(line - seen) < 0.001 * k * main + resolution), 0)
+
+
 def _far(time: FloatArray, response: FloatArray, cycles: Cycles) -> Line | None:
     from scipy import fft
 
@@ -148,10 +169,6 @@ def _far(time: FloatArray, response: FloatArray, cycles: Cycles) -> Line | None:
     around = height[int(k * 0.7) : int(k * 1.4) + 2]
     if height[k] < STANDS_OUT * np.median(around):
         return None
-    order = round(grid[k] / f)
-    # the main frequency may drift by a hundredth; of a high order, that is far
-    near = abs(grid[k] - order * f) < 0.01 * order * f + 1.5 / (t[-1] - t[0])
-    harmonic = order if order >= 2 and near else 0
     # the demodulation, interpolated, has taken a part of the line along
     taken = float(np.sinc(grid[k] / f - 1.0) ** 3)
-    return Line(float(grid[k]), float(height[k]) / top / (1.0 - taken), harmonic)
+    return Line(float(grid[k]), float(height[k]) / top / (1.0 - taken))

@@ -5,6 +5,8 @@ JITTER = 0.01  # steps that vary by less count as equal; more is remarked on
 GAP = 1.75  # a step so many times the usual one misses at least a sample
 # Samples per cycle from which a second harmonic can be told apart, and a third.
 SECOND_HARMONIC, THIRD_HARMONIC = 10.0, 12.0
+# Third harmonic over the first, from which it leaks into amplitudes: of 12 samples it does by a tenth.
+BENT, MOST_HARMONICS = 0.02, 5
 MOST_CHANGE = 0.5  # of the amplitude in a cycle, and turn [rad], of a wave whose third harmonic is measured
 # Of a third harmonic in quadrature, that may show in phase: 0.25 to 0.65 where releases decay by a fifth in a cycle
 # under a damping that grows as A^4 (`scruton challenge make --cases 20 --seed 9431`, case-0019).
@@ -30,6 +32,12 @@ UNEVEN = 0.02  # of the largest reading: neighbours of an even crest differ by l
 # nothing is clipped (records measured, those of `examples`, 30 simulated campaigns) 0.5 was the most; 400 and more
 # where some thirty crests are.
 CUT_OFF = 10.0
+# Half-widths of the crests that are looked at [rad], of cycles laid over each other, in which a plateau bends by less
+# than this part of what a sine does; the fewest samples there, and the fewest cycles of a record. How sure that is
+# [nats] is set, and not far beyond what counts: a spring, too, may flatten crests.
+PLATEAUS, LEVEL = (0.6, 0.45, 0.3), 0.1
+FEWEST_ON_A_PLATEAU, FEWEST_FOLDED = 40, 12
+PLATEAU_NATS = 20.0
 
 # Lines of the spectrum.
 STANDS_OUT = 5.0  # height of a line over the median around it; noise reaches 3 to 4
@@ -135,3 +143,5 @@ FEWEST_STANDING = 5  # cycles of the last quarter
 
 # A growth whose lowest cycle lies below so much of its first, in its first half, falls before it grows.
 FALLS = 0.5  # of the first amplitude
+# A decay whose first cycle lies below so much of its largest, in its first half, is pushed before it decays.
+RISES = 0.7  # of the largest amplitude

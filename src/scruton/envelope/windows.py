@@ -46,14 +46,15 @@ class CycleFit:
     """The regression of each window, (K,) arrays.
 
     `z` is the complex amplitude at mid-cycle, response = Re[z exp(i omega (t - middle))]; `offset` the mean;
-    `second` the complex amplitude of the second harmonic (zero if not fitted). `squares` is the residual sum of
-    squares, `freedom` its degrees of freedom. `cov_rr`, `cov_ii`, `cov_ri` are the (co)variances of Re z and
+    `second` and `third` the complex amplitudes of those harmonics (zero if not fitted). `squares` is the residual sum
+    of squares, `freedom` its degrees of freedom. `cov_rr`, `cov_ii`, `cov_ri` are the (co)variances of Re z and
     Im z for unit noise, `cov_offset` and `cov_second` (both components together) those of the others.
     """
 
     z: ComplexArray
     offset: FloatArray
     second: ComplexArray
+    third: ComplexArray
     squares: FloatArray
     freedom: FloatArray
     cov_rr: FloatArray
@@ -70,17 +71,19 @@ def fit_cycles(
     *,
     rate: ComplexArray | None = None,
     drift: FloatArray | None = None,
-    harmonic: bool = False,
+    harmonics: int = 1,
 ) -> CycleFit:
-    """Regress each window on [cos, sin, 1], and a second harmonic if wanted, times its own growth, by normal equations.
+    """Regress each window on [cos, sin, 1], and further harmonics, so many in all, times their own growth.
+
+    By normal equations.
 
     `rate` [1/s] is the growth plus i times the departure of the circular frequency from the reference: inside the
     window the response is Re[z exp((rate + i omega) tau)], tau counted from mid-cycle.  `drift`, the slope of the
     offset [1/s], is subtracted beforehand and not fitted: over one cycle a slope and a sine have a correlation of 0.78,
     so that fitting both would cost most of the precision.
     """
-    count, p = len(windows.number), 5 if harmonic else 3
-    coefficient, covariance = np.zeros((count, 5)), np.zeros((count, 5))
+    count, p = len(windows.number), 1 + 2 * harmonics
+    coefficient, covariance = np.zeros((count, max(p, 7))), np.zeros((count, 5))
     squares, n = np.empty(count), windows.stop - windows.first
     omega = 2.0j * np.pi * windows.frequency
     exponent = np.full(count, omega) if rate is None else rate + omega
@@ -96,9 +99,10 @@ def fit_cycles(
         wave = np.exp(exponent[block][owner] * tau)
         columns = np.empty((p + 1, high - low))
         columns[0], columns[1], columns[2] = wave.real, -wave.imag, 1.0
-        if harmonic:
-            wave *= wave
-            columns[3], columns[4] = wave.real, -wave.imag
+        whole = wave
+        for k in range(3, p, 2):
+            whole = whole * wave
+            columns[k], columns[k + 1] = whole.real, -whole.imag
         columns[p] = response[low:high]
         if drift is not None:
             columns[p] -= drift[block][owner] * tau
@@ -110,10 +114,10 @@ def fit_cycles(
             sums[:, i, j] = sums[:, j, i] = total
         inv = np.linalg.inv(sums[:, :p, :p])
         covariance[block, :4] = np.stack([inv[:, 0, 0], inv[:, 1, 1], inv[:, 0, 1], inv[:, 2, 2]], axis=1)
-        if harmonic:
+        if harmonics > 1:
             covariance[block, 4] = inv[:, 3, 3] + inv[:, 4, 4]
         right = sums[:, :p, p]
         coefficient[block, :p] = c = np.einsum("kij,kj->ki", inv, right)
         squares[block] = np.maximum(sums[:, p, p] - np.einsum("ki,ki->k", c, right), 1e-14 * sums[:, p, p])
-    z, second = coefficient[:, 0] + 1j * coefficient[:, 1], coefficient[:, 3] + 1j * coefficient[:, 4]
-    return CycleFit(z, coefficient[:, 2], second, squares, (n - p).astype(float), *covariance.T)
+    z, second, third = (coefficient[:, k] + 1j * coefficient[:, k + 1] for k in (0, 3, 5))
+    return CycleFit(z, coefficient[:, 2], second, third, squares, (n - p).astype(float), *covariance.T)

@@ -11,7 +11,7 @@ from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign, Record
 from scruton.dynamics.effects import Term
 from scruton.envelope import Cycles
-from scruton.envelope.lines import apart_from_mains, harmonics
+from scruton.envelope.lines import apart_from_mains, folded_harmonics, harmonics
 from scruton.envelope.types import OtherMode
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.thresholds import (
@@ -104,12 +104,19 @@ def shared_by_neighbours(fit: FittedHypothesis, variance: FloatArray) -> FloatAr
 
 
 def _checked(fit: FittedHypothesis) -> Iterator[np.ndarray]:
-    """Cycles of every record that is checked, (N,) of bool: of those in wind, where there are some."""
+    """Cycles of every record that is checked, (N,) of bool: of those in wind, where there are some.
+
+    Not of one whose wave is cut off in the model, where that is seen in records of the rig: harmonics that the samples
+    are too few for beat with them, and are no amplitude.
+    """
     data, layout = fit.hypothesis.data.channels, fit.hypothesis.data.layout
+    seen = np.isin(layout.rig, layout.rig[list(layout.cut_off)])
+    cut_off = np.flatnonzero(seen & (fit.table[:, Term.CLIP] > 0.0))
     for r in range(len(layout.records)):
         # In still air what is left is the demodulation's own: it counts only where there is nothing else.
         cycles = data.record == r
-        if (layout.wind[r] or not layout.wind.any()) and np.count_nonzero(cycles) > FEWEST_CYCLES:
+        in_question = (layout.wind[r] or not layout.wind.any()) and r not in cut_off
+        if in_question and np.count_nonzero(cycles) > FEWEST_CYCLES:
             yield cycles
 
 
@@ -191,6 +198,8 @@ def _line(record: Record, cycles: Cycles) -> SecondLine | None:
     use = (frequency > 0.3 * f0) & (frequency < 2.85 * f0)
     for k in (1, 2):
         use &= np.abs(frequency - k * f0) > max(4.0 * resolution, 0.08 * f0)
+    for k, seen in folded_harmonics(f0, 1.0 / step).items():
+        use &= np.abs(frequency - seen) > 0.001 * k * f0 + 4.0 * resolution
     use &= apart_from_mains(frequency, 1.0 / step, resolution)
     if np.count_nonzero(use) < 12:
         return None

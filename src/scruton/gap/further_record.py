@@ -23,6 +23,7 @@ _LAG, _LAG_START = int(Term.LAG), int(Term.LAG_START)
 _FC, _FS, _FR = int(Term.FORCE_COS), int(Term.FORCE_SIN), int(Term.FORCE_RATE)
 _GAIN, _CLIP, _SOFT, _THIRD = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT), int(Term.THIRD)
 _STICK, _WIDTH = int(Term.FRICTION_SPRING), int(Term.FRICTION_WIDTH)
+_LOSS = int(Term.FREQUENCY_LOSS)
 _DET, _ST1, _ST2, _ST4 = (
     int(Term.DETUNING), int(Term.STIFFNESS_LINEAR), int(Term.STIFFNESS), int(Term.STIFFNESS_FOURTH)
 )  # fmt: skip
@@ -131,7 +132,11 @@ def _run(c, start, cycles, period, omega, knots):  # type: ignore[no-untyped-def
             mean = total / steps
         value, _, h3 = saturated_reading(mean, c[_CLIP], c[_SOFT])
         gain = 1.0 + c[_GAIN]
-        out[0, k], out[1, k] = gain * value, phase
+        out[0, k] = gain * value
+        if k > 0:
+            grown = 2.0 * (out[0, k] - out[0, k - 1]) / (out[0, k] + out[0, k - 1])
+            phase -= c[_LOSS] * grown * grown / (omega * period)
+        out[1, k] = phase
         bend = third_of_bend(mean, c[_ST1], c[_ST2], c[_ST4])
         out[2, k] = gain * mean * (h3 + c[_THIRD] + bend)
     return out

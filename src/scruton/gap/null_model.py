@@ -56,6 +56,7 @@ class NullModel:
         table[:, :, Term.PHASE_SCATTER] = values["phase_scatter"] * unit
         for term in (Term.NOISE, Term.DETUNING, Term.THIRD, Term.THIRD_NOISE, Term.GAIN):
             table[:, :, term] = values[term.name.lower()]
+        table[:, :, Term.FREQUENCY_LOSS] = values["frequency_loss"]
         table[:, :, Term.STIFFNESS] = values["stiffness"] / layout.largest.max() ** 2
         return table
 
@@ -96,6 +97,7 @@ def null_model(data: GapData) -> NullModel:
         ("stiffness", layout.everywhere()),
         ("stiffness_in_wind", layout.in_wind()),
         ("frequency_trend", layout.each(wind)),
+        ("frequency_loss", compact(np.where(wind, len(layout.records), 0))),
         ("gain", each),
         ("gust_scatter", layout.by_test()),
         ("gust_time", layout.by_test()),

@@ -6,22 +6,20 @@ from functools import partial
 
 import numpy as np
 
-from scruton.arrays import FloatArray
 from scruton.dynamics import effects as catalogue
 from scruton.dynamics.effects import CATALOGUE, Effect, Layout, Variant
-from scruton.dynamics.effects.effect import BENDS, POWERS, Extent
-from scruton.dynamics.effects.terms import COLUMNS, Term
-from scruton.dynamics.reading import inverse_reading
+from scruton.dynamics.effects.effect import BENDS, Extent
 from scruton.gap import thresholds
 from scruton.gap.attribute import Candidate, best_of, weigh
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
+from scruton.gap.negligible import added, negligible
 from scruton.gap.pairs import best_pair
 from scruton.progress import Progress
 
 Weigh = Callable[..., dict[str, Candidate]]  # a base, the effects in it, and what stands in the place that is judged
 Probable = Callable[["Place"], Mapping[str, float]]  # of every name that might stand in a place, and of none
 _UNKNOWN = catalogue.UNKNOWN.name
-_GAIN = "sensor_gain_error"
+_GAIN, _MEMORY = "sensor_gain_error", "fluid_memory"
 _FRICTION, _NONLINEAR, _CLIPPING = "coulomb_friction", "structural_damping_nonlinearity", "sensor_clipping"
 
 
@@ -116,13 +114,13 @@ def search(
     in its place takes it.  A further one stays that is `probable` there, by a half at least: what mends a form that is
     off a little foretells nothing.  Where one effect alone is sure to act, the half may be shared by several names.
     """
-    beside = _beside(effects, workers, progress)
+    beside = _beside(null, singles, effects, workers, progress)
     # The generic term knows no frequency: what only the frequency shows joins first, and the rest competes beside it.
     bends = [single for single in singles.values() if _of_frequency(single.name) and single.best is not None]
     bend = max(bends, key=lambda single: single.log_evidence, default=None)
     root = Chain(null, (), singles)
     enough = bend is not None and bend.log_evidence > null.log_evidence + thresholds.SECOND_NATS
-    if enough and bend and bend.name not in _negligible(bend.best):
+    if enough and bend and bend.name not in negligible(bend.best):
         root = root.joined_by(beside, bend)
     alike = partial(_or_alike, effects=effects, workers=workers, beside=beside)
     chain = alike(_joined(root, beside), len(root.found))
@@ -149,10 +147,12 @@ def search(
         places = _settled(null, together, beside)
         gains = [place.best.log_evidence - place.base.log_evidence for place in places]
         # What joined beside a form that another has replaced since may mend nothing any more.
-        small = _negligible(places[0].best.best)  # all of them are in that model, which is the one that is reported
+        small = negligible(places[0].best.best)  # all of them are in that model, which is the one that is reported
+        # what took the place of a bend of the frequency may be one too many
+        crowded = sum(not _of_frequency(place.best.name) for place in places) > thresholds.MOST_EFFECTS
         doubted = [
             i for i, place in enumerate(places)
-            if gains[i] < thresholds.SECOND_NATS
+            if crowded or gains[i] < thresholds.SECOND_NATS
             or (i > 0 and (place.best.name in small or not _stays(place, probable, shared=shared)))
         ]  # fmt: skip
         if not doubted:
@@ -178,7 +178,7 @@ def beside_unknown(
     too.  What gains too little there, or is less `probable` than not, leaves: the unknown explains what it was found
     by.
     """
-    beside, first = _beside(effects, workers, progress), places[0]
+    beside, first = _beside(null, singles, effects, workers, progress), places[0]
     others = [place.best for place in places[1:]]
     while others:
         unknown = first.candidates[_UNKNOWN]
@@ -223,14 +223,28 @@ def _opposes(fit: FittedHypothesis | None) -> bool:
     return sum(float(np.sum(fit.value(p.name, len(others))[0])) for p in last.parameters) < 0.0
 
 
-def _beside(effects: Sequence[Effect], workers: int, progress: Progress) -> Weigh:
-    """Weighs what stands beside the effects in a base, all that are not among these."""
+def _beside(
+    null: FittedHypothesis,
+    singles: Mapping[str, Candidate],
+    effects: Sequence[Effect],
+    workers: int,
+    progress: Progress,
+) -> Weigh:
+    """Weighs what stands beside the effects in a base, all that are not among these.
+
+    Beside a saturation, whose readings hide how far the amplitude strays, a memory of some cycles mends its form.
+    """
+    saturated = singles[_CLIPPING].log_evidence - null.log_evidence if _CLIPPING in singles else 0.0
 
     def beside(base: FittedHypothesis, taken: Collection[str], own: Candidate | None = None) -> dict[str, Candidate]:
         progress(f"effects beside {' and '.join(sorted(taken)) or _UNKNOWN}", 0.4)
         quick = set(CATALOGUE) - {own.name if own else ""}
         others = [effect for effect in effects if effect.name not in taken]
-        return weigh(base, others, workers=workers, quick=quick, known=own)
+        weighed = weigh(base, others, workers=workers, quick=quick, known=own)
+        memory = weighed.get(_MEMORY) if _CLIPPING in taken else None
+        if memory and memory.log_evidence < base.log_evidence + thresholds.SECOND_SHARE * saturated:
+            del weighed[_MEMORY]
+        return weighed
 
     return beside
 
@@ -247,7 +261,7 @@ def _needed_beside(base: FittedHypothesis, null: FittedHypothesis, candidates: M
     needed = thresholds.UNKNOWN_NATS
     if (variant := candidates[_UNKNOWN].variant) is None:
         return needed
-    further = bool(np.any(_added(variant, base.hypothesis.data.layout)[:, list(BENDS)]))
+    further = bool(np.any(added(variant, base.hypothesis.data.layout)[:, list(BENDS)]))
     return needed + thresholds.SECOND_SHARE * (base.log_evidence - null.log_evidence) * further
 
 
@@ -293,7 +307,7 @@ def _joined(chain: Chain, beside: Weigh) -> Chain:
         needed = thresholds.SECOND_NATS + _misfit(first, mends) if chain.found else 0.0
         # A second effect has to beat the generic term: it would mend a first that is wrong, too.
         slack = slack_of_further(gain)
-        small = chain.found and best.name in _negligible(best.best)
+        small = chain.found and best.name in negligible(best.best)
         if gain < needed or best.best is None or small or (chain.found and best.log_evidence < rival - slack):
             break
         # What the readings show by themselves, rows of one value where a range ends, has no form that might be off: it
@@ -320,7 +334,7 @@ def _settled(null: FittedHypothesis, chain: Sequence[Candidate], beside: Weigh) 
     chain = sorted(chain, key=lambda candidate: _of_frequency(candidate.name))
     places: list[Place] = []
     for _ in range(thresholds.ROUNDS):
-        before, places = [candidate.name for candidate in chain], []
+        before, places = _forms(chain), []
         for i in reversed(range(len(chain))):
             others = [candidate for k, candidate in enumerate(chain) if k != i]
             base = _together(null, others)
@@ -328,9 +342,13 @@ def _settled(null: FittedHypothesis, chain: Sequence[Candidate], beside: Weigh) 
             places.insert(0, place)
             if place.best.best is not None:
                 chain[i] = place.best
-        if [candidate.name for candidate in chain] == before:
+        if _forms(chain) == before:
             break
     return places
+
+
+def _forms(chain: Sequence[Candidate]) -> list[object]:
+    return [candidate.name if candidate.variant is None else candidate.variant.identity for candidate in chain]
 
 
 def _together(null: FittedHypothesis, effects: Sequence[Candidate]) -> FittedHypothesis:
@@ -349,45 +367,3 @@ def _together(null: FittedHypothesis, effects: Sequence[Candidate]) -> FittedHyp
         for name, values in effect.optimum.items():
             found[hypothesis.slices[i, name]] = values
     return max((hypothesis.fit(point) for point in (start, found)), key=lambda fit: fit.log_evidence)
-
-
-def _negligible(fit: FittedHypothesis | None) -> set[str]:
-    """Effects in a model whose sizes are nobody's concern; one without a size (a lag) is none of them.
-
-    What grows with the amplitude is measured at the largest of the records that it acts in; a saturation by what it
-    hides there, unless waves are seen to be cut off.
-    """
-    small: set[str] = set()
-    if fit is None:
-        return small
-    for k, variant in enumerate(fit.hypothesis.variants):
-        sizes = [(fit.value(p.name, k)[0], p) for p in variant.parameters if not p.log and p.name != variant.scan]
-        # of what cannot be negative, a fit below zero is nothing
-        largest = max((float((size if p.positive else np.abs(size)).max()) for size, p in sizes), default=np.inf)
-        hidden = _hidden(variant, fit) if variant.effect == _CLIPPING and not variant.seen > 0.0 else np.inf
-        if largest * _growth(variant, fit.hypothesis.data.layout) < thresholds.SMALLEST or hidden < thresholds.HIDDEN:
-            small.add(variant.effect)
-    return small
-
-
-def _hidden(variant: Variant, fit: FittedHypothesis) -> float:
-    """Largest part of an amplitude that the readings of the records do not show in which a saturation acts."""
-    rows, largest = (of[variant.scope.records] for of in (fit.table, fit.hypothesis.data.layout.largest))
-    return max(
-        float(1.0 - y / inverse_reading(y, row[Term.CLIP], row[Term.CLIP_SOFT]))
-        for row, y in zip(rows, largest, strict=True)
-    )
-
-
-def _growth(variant: Variant, layout: Layout) -> float:
-    """How much larger a size is at the largest amplitude that it acts at than at the reference amplitude."""
-    added = _added(variant, layout)
-    power = max((p for term, p in POWERS.items() if added[:, int(term)].any()), default=0)
-    return max(float(layout.largest[variant.scope.records].max() / layout.reference_amplitude) ** power, 1.0)
-
-
-def _added(variant: Variant, layout: Layout) -> FloatArray:
-    """Coefficients that a variant adds to nothing in every record, its parameters all one, (R, COLUMNS)."""
-    table = np.zeros((1, len(layout.records), COLUMNS))
-    variant.apply(table, {p.name: np.ones(table.shape[:2]) for p in variant.parameters}, layout)
-    return np.asarray(table[0])

@@ -9,7 +9,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.documents import as_json
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Term
-from scruton.dynamics.effects.effect import Extent, Scope
+from scruton.dynamics.effects.effect import TRENDS, Extent, Scope
 from scruton.dynamics.effects.generic import discrepancy
 from scruton.dynamics.effects.terms import Belongs
 from scruton.dynamics.limit_cycle import amplitude_rates
@@ -289,7 +289,7 @@ def _curve(hypothesis: Hypothesis, u: FloatArray, record: int, *, alone: bool = 
     read = data.channels.amplitude[cycles]
     band = np.geomspace(max(np.quantile(read, 0.02), 0.03 * read.max()), read.max(), _BAND)
     table = hypothesis.table(u[None])[:, record]
-    table[:, [int(Term.TREND), int(Term.TREND_SINE), int(Term.TREND_ARCH), int(Term.TREND_DRIVE)]] = 0.0
+    table[:, list(map(int, TRENDS))] = 0.0
     row = table[0]
     true = np.array([inverse_reading(y / (1.0 + row[Term.GAIN]), row[Term.CLIP], row[Term.CLIP_SOFT]) for y in band])
     return np.asarray(-amplitude_rates(table, true, data.channels.knots)[0] / true)

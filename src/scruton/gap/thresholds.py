@@ -25,6 +25,7 @@ SECOND_NATS = 8.0  # that a further effect must gain beside those found
 SECOND_SHARE = 0.04
 SMALLEST = 0.025  # size of a further effect over the relaxation damping, below which it is nobody's concern
 HIDDEN = 0.01  # likewise of an amplitude, by a saturation: another mode, or a force, bends waves by so much
+BEATS = 0.003  # of an amplitude that comes and goes, by a force off the response: harmonics of a bent wave beat by less
 # Size of any effect over the relaxation damping, below which it is none: it moves the stable amplitude by one per cent,
 # which tests do not repeat to.
 NOTICED = 0.01
@@ -53,7 +54,7 @@ ALLOWED_SHARE = 0.12  # of the gain, that may be left, for the form of an effect
 # that effect gains over none.  With 5 nats more, jumps of 10 % that led a drift by 1 to 4 nats of 10 to 34 were drifts.
 PREFERENCE_SHARE = 0.05
 HOLDS_BACK_NATS = 5.0  # of a catalogued effect, below which it holds no unknown back
-FURTHER_NATS = 5.0  # by which a further effect may stay behind the generic term
+FURTHER_NATS = 6.0  # by which a further effect may stay behind the generic term
 FURTHER_SHARE = 0.15  # of its gain, added to that
 GROUP_NATS = 4.0  # effects that close are one group
 ALIKE_NATS = 10.0  # likewise, of those that are nearly one thing where records are few

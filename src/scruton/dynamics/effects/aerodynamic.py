@@ -192,7 +192,10 @@ def _lagging(kind: float, start: float) -> Apply:
         cycles = values["lag"]
         table[:, :, Term.LAG] = cycles * 2.0 * np.pi / layout.omega
         table[:, :, Term.LAG_KIND] = np.where(cycles > 0.0, kind, 0.0)
-        table[:, :, Term.LAG_START] = np.where(cycles > 0.0, start, 0.0)
+        # where nothing is released the wake knows the amplitude
+        told = values["start"] / (1.0 + values["start"]) if "start" in values else start
+        remembers = np.where(layout.direction == 0, 1.0, told)
+        table[:, :, Term.LAG_START] = np.where(cycles > 0.0, remembers, 0.0)
 
     return apply
 
@@ -221,6 +224,11 @@ def _memory(layout: Layout) -> list[Variant]:
         # An amplitude is that of a cycle: what follows sooner than by one has no lag, and would be of the noise.
         neither(table, {**values, "lag": values["lag"] + (values["lag"] > 0.0)}, layout)
 
+    # A push by hand is over before the wake has followed it.
+    decays = compact(np.where(layout.direction < 0, 0, -1))
+    odds = float(np.log(0.3))
+    start = Parameter("start", odds, 0.8, decays, log=True, unit="of what it has forgotten", starts=(odds,))
+    pushed = "the wake's amplitude sets the force, from rest, and after a push from a part of it"
     # Small lags act by their product with it alone: it is wide.
     after = replace(lag, unit="cycles after the first")
     part = size_prior("part", scope.members, scale=_LATE, unit="of the relaxation rate")
@@ -237,6 +245,7 @@ def _memory(layout: Layout) -> list[Variant]:
         Variant("the wake's amplitude sets the damping", (lag,), _lagging(1.0, 1.0), scope),
         Variant("the wake's amplitude sets the force", (lag,), _lagging(0.0, 1.0), scope),
         Variant("the wake's amplitude sets the force, from rest", (lag,), _lagging(0.0, 0.0), scope),
+        *([Variant(pushed, (lag, start), _lagging(0.0, 0.0), scope, 0.5)] if decays.max() >= 0 else []),
         # A drive that grows with the amplitude and follows it late slows growth and decay down.
         Variant("a part of the drive follows the amplitude", (part, after), following, scope, size="lag"),
     ]

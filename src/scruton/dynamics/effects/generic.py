@@ -12,7 +12,6 @@ from scruton.dynamics.effects.effect import (
     DRIVE,
     FREQUENCY,
     REPEATED,
-    TENTHS,
     Effect,
     Extent,
     Parameter,
@@ -166,12 +165,6 @@ def _forms(layout: Layout) -> list[Variant]:
     if np.unique(layout.test[layout.wind]).size > 1:
         shared.append(Scope(Extent.EACH_TEST, layout.by_test(), "of every test by its own"))
     variants = [discrepancy("damping against amplitude, {scope}", scope) for scope in shared]
-    # Rare: small changes of frequency in wind are everywhere, and no gap.
-    bend, form = (
-        adding(linear=Term.STIFFNESS_LINEAR, square=Term.STIFFNESS),
-        "frequency against amplitude, in wind alone",
-    )
-    variants.append(sized(form, bend, wind, "linear", "square", scale=0.2, weight=0.003, unit=TENTHS))
     # Of the drive, larger than any gusts of the null model.
     sizes = tuple(float(np.log(size)) for size in (0.1, 0.05, 0.2, 0.4))
     scatter = Parameter("scatter", sizes[0], 0.7, layout.by_test(), log=True, unit=DRIVE, starts=sizes)
@@ -187,7 +180,7 @@ EFFECT = Effect(
     (
         *(Term.HAT, Term.BUMP, Term.BUMP_AT, Term.BUMP_WIDTH, Term.JUMP, Term.JUMP_TIME),
         *(Term.WARMING, Term.WARMING_PACE, Term.STRUCTURAL, Term.FREQUENCY_TREND),
-        *(Term.STIFFNESS, Term.STIFFNESS_LINEAR, Term.GUST),
+        Term.GUST,
     ),
     DAMPING_RATIO,
     _forms,

@@ -6,6 +6,7 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import (
     BENDS,
     TENTHS,
+    TRENDS,
     Apply,
     Effect,
     Extent,
@@ -65,11 +66,17 @@ def _drifting(layout: Layout) -> list[Variant]:
     every = scopes(layout, shares, wind=True)
     # An S and a mean of its own for every record come too near to a jump in each.
     shared = [scope for scope in every if scope.extent not in (Extent.EACH_RECORD, Extent.SOME_RECORDS)]
-    title, two = "linear drift, the drive's part its own, {scope}", adding(size=Term.TREND, drive=Term.TREND_DRIVE)
     both = [
-        sized(title, two, scope, "size", "drive", weight=0.5 * scope.weight, scale=_WIND_SCALE, unit="of the wind")
-        for scope in every
-    ]
+        sized(
+            f"{form}, the drive's part its own, {{scope}}", adding(size=wind, drive=drive), scope, "size", "drive",
+            weight=0.5 * scope.weight, scale=_WIND_SCALE, unit="of the wind",
+        )
+        for form, wind, drive, allowed in (
+            ("linear drift", Term.TREND, Term.TREND_DRIVE, every),
+            ("rise and return", Term.TREND_ARCH, Term.TREND_DRIVE_ARCH, shared),
+        )
+        for scope in allowed
+    ]  # fmt: skip
     alike = [
         sized(f"{form}, {{scope}}", apply, scope, scale=_WIND_SCALE, unit="of the wind")
         for form, apply, allowed in (
@@ -125,7 +132,7 @@ def _stiffness(layout: Layout) -> list[Variant]:
         ("A", _bending(*linear), ("size",), 0.5),
         ("A, A^2 and A^4", several, tuple(powers), 0.5),
     ]
-    return [
+    variants = [
         sized(
             f"frequency changes as {power}, {{scope}}", apply, scope, *names, weight=share * scope.weight,
             unit=TENTHS,
@@ -133,6 +140,15 @@ def _stiffness(layout: Layout) -> list[Variant]:
         for power, apply, names, share in choices
         for scope in scopes(layout, shares)
     ]  # fmt: skip
+    if layout.wind.any() and not layout.wind.all():
+        # The air's own, which no spring's damping goes with. Small changes of it are everywhere, and no gap.
+        wind, bend = (
+            Scope(Extent.IN_WIND, layout.in_wind(), "in wind alone"),
+            adding(linear=linear[0], square=square[0]),
+        )
+        form = "frequency changes as A and A^2, {scope}"
+        variants.append(sized(form, bend, wind, "linear", "square", scale=0.2, weight=0.1, unit=TENTHS))
+    return variants
 
 
 def _gain(rows: FloatArray, without: FloatArray, _station: Station) -> FloatArray:
@@ -198,8 +214,8 @@ def _cut_off(layout: Layout) -> list[Variant]:
     for rig in np.unique(layout.rig[list(layout.cut_off)]):
         seen = {r: mark for r, mark in layout.cut_off.items() if layout.rig[r] == rig}
         of_all = np.average([mark[:2] for mark in seen.values()], axis=0, weights=[mark.nats for mark in seen.values()])
-        # what goes beyond the level was recorded with another range
-        inside = (layout.rig == rig) & (layout.largest <= of_all[0])
+        # what goes beyond the level was recorded with another range, unless one side alone is cut off
+        inside = (layout.rig == rig) & ((layout.largest <= of_all[0]) | (of_all[1] == 0.0))
         shown[inside], other[inside] = of_all
         for r, mark in seen.items():  # a channel's zero is another in every record
             shown[r], other[r] = mark.level, mark.other
@@ -243,7 +259,7 @@ EFFECTS = (
         "The wind changes during the record",
         "amplitude",
         Belongs.RUN,
-        (Term.TREND, Term.TREND_SINE, Term.TREND_ARCH, Term.TREND_DRIVE, Term.AERO, Term.DRIVE),
+        (*TRENDS, Term.AERO, Term.DRIVE),
         Size("damping", "damping ratio at amplitude {at}, end of the record, or its middle, over its start", _rise),
         _drifting,
     ),

@@ -6,8 +6,10 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import (
+    DAMPING,
     DAMPING_RATIO,
     REFERENCE,
+    Apply,
     Effect,
     Extent,
     Parameter,
@@ -23,6 +25,7 @@ from scruton.dynamics.effects.terms import Belongs, Layout, Term
 
 _WIDTH = 0.003  # of the reference amplitude: below it friction sticks and acts like a spring
 _ALIKE = "in every rig alike"
+_LEVELS = Term.STRUCTURAL_RISE, Term.STRUCTURAL_KNEE, Term.STRUCTURAL_POWER
 
 
 def _rub(table: FloatArray, values: Values, layout: Layout) -> None:
@@ -59,6 +62,16 @@ def _friction(layout: Layout) -> list[Variant]:
     return variants
 
 
+def _level_off(power: int) -> Apply:
+    def apply(table: FloatArray, values: Values, layout: Layout) -> None:
+        size = values["size"]
+        add(table, Term.STRUCTURAL_RISE, size * layout.rate)
+        table[:, :, Term.STRUCTURAL_KNEE] = np.where(size != 0.0, values["knee"] * layout.reference_amplitude, 0.0)
+        table[:, :, Term.STRUCTURAL_POWER] = np.where(size != 0.0, power, 0.0)
+
+    return apply
+
+
 def _with_amplitude(layout: Layout) -> list[Variant]:
     shares = {
         Extent.EVERYWHERE: (2.0, _ALIKE),
@@ -72,6 +85,13 @@ def _with_amplitude(layout: Layout) -> list[Variant]:
     ]
     both = adding(linear=Term.STRUCTURAL_LINEAR, square=Term.STRUCTURAL_SQUARE)
     (everywhere,) = scopes(layout, {Extent.EVERYWHERE: (0.7, _ALIKE)})
+    # What falls as the amplitude grows is what dry friction does: this rises.
+    rises = tuple(float(np.log(size)) for size in (0.2, 0.5))
+    levels = Parameter("size", rises[0], 0.8, everywhere.members, log=True, unit=DAMPING, starts=rises)
+    knee = Parameter("knee", 0.0, 0.7, everywhere.members, log=True, unit=REFERENCE, starts=(0.0, float(np.log(0.4))))
+    for power, begins in ((1, "as A"), (2, "as A^2")):
+        form = f"{begins}, levelling off, {{scope}}"
+        variants.append(Variant(form, (levels, knee), _level_off(power), everywhere, 0.2))
     return [*variants, sized("as A and A^2, {scope}", both, everywhere, "linear", "square")]
 
 
@@ -108,7 +128,7 @@ EFFECTS = (
         "Structural damping that varies with amplitude",
         "amplitude",
         Belongs.RIG,
-        (Term.STRUCTURAL_LINEAR, Term.STRUCTURAL_SQUARE),
+        (Term.STRUCTURAL_LINEAR, Term.STRUCTURAL_SQUARE, *_LEVELS),
         DAMPING_RATIO,
         _with_amplitude,
     ),
