@@ -10,6 +10,7 @@ from scruton.envelope.thresholds import CLOSE_LINE, ONE_SIDED, STANDS_OUT, STAND
 from scruton.envelope.types import Cycles
 
 _LONGEST = 2**19  # samples that the spectrum looks at
+_FOLDED_WANDER = 1e-3  # of its frequency, by which a harmonic may be off
 _MOST_FOLDED = 25  # order of the highest harmonic of which an alias is looked for: a wave that is cut off has such
 
 _MAINS, _WANDER = (50.0, 60.0), 0.15  # Hz, and how far from it a line may be seen
@@ -47,6 +48,13 @@ def folded_harmonics(main: float, sample_rate: float) -> dict[int, float]:
     """Where the harmonics of a line that a sample rate is too low for show in a record, by their order [Hz]."""
     orders = range(int(0.5 * sample_rate / main) + 1, _MOST_FOLDED + 1)
     return {k: folded(k * main, sample_rate) for k in orders}
+
+
+def apart_from_folded(frequency: FloatArray, main: float, sample_rate: float, resolution: float) -> BoolArray:
+    """Which frequencies of a spectrum are none of the harmonics that a sample rate is too low for."""
+    seen = folded_harmonics(main, sample_rate).items()
+    apart = [np.abs(frequency - line) > _FOLDED_WANDER * k * main + resolution for k, line in seen]
+    return np.all(apart, axis=0) if apart else np.ones(frequency.shape, dtype=bool)
 
 
 def apart_from_mains(frequency: FloatArray, sample_rate: float, resolution: float) -> BoolArray:
@@ -139,7 +147,7 @@ def _order(line: float, main: float, sample_rate: float, resolution: float) -> i
     if order >= 2 and abs(line - order * main) < 0.01 * order * main + resolution:
         return order
     aliases = folded_harmonics(main, sample_rate)
-    return next((k for k, seen in aliases.items() if abs(line - seen) < 0.001 * k * main + resolution), 0)
+    return next((k for k, seen in aliases.items() if abs(line - seen) < _FOLDED_WANDER * k * main + resolution), 0)
 
 
 def _far(time: FloatArray, response: FloatArray, cycles: Cycles) -> Line | None:

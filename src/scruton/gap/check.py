@@ -11,7 +11,7 @@ from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign, Record
 from scruton.dynamics.effects import Term
 from scruton.envelope import Cycles
-from scruton.envelope.lines import apart_from_mains, folded_harmonics, harmonics
+from scruton.envelope.lines import apart_from_folded, apart_from_mains, harmonics
 from scruton.envelope.types import OtherMode
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.thresholds import (
@@ -198,8 +198,7 @@ def _line(record: Record, cycles: Cycles) -> SecondLine | None:
     use = (frequency > 0.3 * f0) & (frequency < 2.85 * f0)
     for k in (1, 2):
         use &= np.abs(frequency - k * f0) > max(4.0 * resolution, 0.08 * f0)
-    for k, seen in folded_harmonics(f0, 1.0 / step).items():
-        use &= np.abs(frequency - seen) > 0.001 * k * f0 + 4.0 * resolution
+    use &= apart_from_folded(frequency, f0, 1.0 / step, 4.0 * resolution)
     use &= apart_from_mains(frequency, 1.0 / step, resolution)
     if np.count_nonzero(use) < 12:
         return None

@@ -4,6 +4,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import Layout, Variant
+from scruton.dynamics.effects.aerodynamic import late_share
 from scruton.dynamics.effects.effect import POWERS
 from scruton.dynamics.effects.terms import COLUMNS, Term
 from scruton.dynamics.reading import inverse_reading
@@ -57,10 +58,7 @@ def _follows(variant: Variant, fit: FittedHypothesis) -> float:
     """What a memory changes of growth through half the stable amplitude, over its rate there; inf of another effect."""
     if variant.effect != "fluid_memory":
         return np.inf
-    rows = fit.table[variant.scope.records]
-    rate = rows[:, Term.AERO] + rows[:, Term.STRUCTURAL]
-    pull = np.choose(rows[:, Term.LAG_KIND].astype(np.intp), [rows[:, Term.AERO], 2.0 * rate, rows[:, Term.LATE]])
-    return float(np.max(np.abs(pull) * rows[:, Term.LAG]))
+    return float(np.max(np.abs(late_share(fit.table[variant.scope.records]))))
 
 
 def _growth(variant: Variant, layout: Layout) -> float:

@@ -200,11 +200,19 @@ def _lagging(kind: float, start: float) -> Apply:
     return apply
 
 
-def _branch(rows: FloatArray, _without: FloatArray, station: Station) -> FloatArray:
-    # growth through half the stable amplitude, where da/dt = rate a: the wake's amplitude is (1 - lag rate) a
+def late_share(rows: FloatArray) -> FloatArray:
+    """What a memory hastens growth through half the stable amplitude by, over its rate there, (W,), to first order.
+
+    There da/dt = rate a, and the wake's amplitude is (1 - lag rate) a.
+    """
     aero, rate = rows[:, Term.AERO], rows[:, Term.AERO] + rows[:, Term.STRUCTURAL]
     pull = np.choose(rows[:, Term.LAG_KIND].astype(np.intp), [aero, 2.0 * rate, -rows[:, Term.LATE]])
-    return np.asarray(-pull * rows[:, Term.LAG] * rate / station.omega)
+    return np.asarray(pull * rows[:, Term.LAG])
+
+
+def _branch(rows: FloatArray, _without: FloatArray, station: Station) -> FloatArray:
+    rate = rows[:, Term.AERO] + rows[:, Term.STRUCTURAL]
+    return np.asarray(-late_share(rows) * rate / station.omega)
 
 
 def _memory(layout: Layout) -> list[Variant]:
