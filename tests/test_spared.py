@@ -10,14 +10,17 @@ from scruton.spared import _Sparing
 
 PROGRAM = """
 import sys
-from scruton.spared import spare
+from scruton.spared import serve_dask, spare
 spare()
 spare()
 import emcee, numpy as np, xarray as xr
-xr.DataTree(xr.Dataset({"a": ("x", np.zeros(2))})).to_netcdf(sys.argv[1], engine="netcdf4")
-assert not {"scipy.stats", "dask.array", "distributed", "pint"} & set(sys.modules)
+tree = xr.DataTree(xr.Dataset({"a": ("x", np.zeros(2))}))
+tree["a"].to_numpy()
+tree.to_netcdf(sys.argv[1], engine="netcdf4")
+assert not {"scipy.stats", "dask.base", "distributed", "h5py", "pint"} & set(sys.modules)
 assert float(xr.load_datatree(sys.argv[1], engine="netcdf4")["a"].sum()) == 0.0
-import dask.array, pint, scipy.stats
+serve_dask()
+import dask.array, h5py, pint, scipy.stats
 assert scipy.stats.norm.cdf(0.0) == 0.5
 """
 

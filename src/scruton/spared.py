@@ -8,9 +8,10 @@ from types import ModuleType
 # Who asks for what; each takes an ImportError for an answer.
 SPARED = {
     "emcee.moves.kde": ("scipy.stats",),  # a move that is never made
-    "xarray.namedarray.pycompat": ("cupy", "dask", "pint", "sparse"),  # kinds of arrays that no result has
-    "xarray.backends.locks": ("dask",),  # who else might write the file
+    "emcee.backends.hdf": ("h5py",),  # a file for chains that is never written
+    "xarray.namedarray.pycompat": ("cupy", "pint", "sparse"),  # kinds of arrays that no result has
 }
+DASK = "dask"  # xarray asks for it in many places, of arrays that are none of its kind
 
 
 class _Sparing:
@@ -27,9 +28,16 @@ class _Sparing:
 
 
 def spare() -> None:
-    """Import nothing of `SPARED` from now on.
+    """Import nothing of `SPARED` from now on, nor Dask before somebody says `serve_dask`.
 
     For a process of the program's own: in somebody else's Python what is asked for first would decide what works.
     """
     if _Sparing not in sys.meta_path:
         sys.meta_path.insert(0, _Sparing)
+        sys.modules.setdefault(DASK, None)  # type: ignore[arg-type]  # what Python holds for a module that is not there
+
+
+def serve_dask() -> None:
+    """Let Dask be imported again."""
+    if sys.modules.get(DASK, sys) is None:
+        del sys.modules[DASK]

@@ -20,6 +20,7 @@ from typing import Any
 
 from scruton.campaign.bounded import read_bytes
 from scruton.errors import InputError
+from scruton.spared import serve_dask
 
 # Set by judgement.
 LARGEST_CERTIFICATE = 10**6  # bytes of a PEM file: those in use have some thousands
@@ -136,6 +137,7 @@ def connected(scheduler: str | None, jobs: int, *, tls: TlsFiles = NO_TLS, quiet
     own files lie in a temporary folder.  Without TLS, whoever reaches the scheduler's port runs what he likes on its
     workers, and here.  InputError if the scheduler cannot be reached or has no worker; TLS that cannot be.
     """
+    serve_dask()
     security = _security(scheduler, tls)
     import dask
     from distributed import Client, LocalCluster
