@@ -1,6 +1,6 @@
 """A campaign with what its records show: what remarks rest on."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -136,14 +136,13 @@ def usable(
         before = cycles
         campaign, cycles = _sifted(tuned, source, strict, plucks)
         cycles = {name: replace(one, released=(*before[name].released, *one.released)) for name, one in cycles.items()}
-    campaign, cycles = _from_there(campaign, cycles, source, _pushed)
-    return (campaign, cycles) if clipped else _from_there(campaign, cycles, source, _fallen)
+    return _from_there(campaign, cycles, source, (_pushed,) if clipped else (_pushed, _fallen))
 
 
 Envelopes = dict[str, Cycles]
 
 
-def _fallen(cycles: Envelopes, record: Record, _frequency: float) -> LeftOut | None:
+def _fallen(cycles: Envelopes, record: Record) -> LeftOut | None:
     """What comes before the lowest cycle of a growth that falls far before it grows.
 
     A body that is released out of step with its wake works against it at first: no damping that depends on the
@@ -164,7 +163,7 @@ def _fallen(cycles: Envelopes, record: Record, _frequency: float) -> LeftOut | N
     return gone, Remark(Severity.DOUBT, "falls", "record", record.name, told, f"{alike},", part)
 
 
-def _pushed(cycles: Envelopes, record: Record, _frequency: float) -> LeftOut | None:
+def _pushed(cycles: Envelopes, record: Record) -> LeftOut | None:
     """What a decay has up to its largest cycle, that included, where it rises far before it falls: a push by hand."""
     if record.kind not in (Kind.DECAY, Kind.FREE_DECAY):
         return None
@@ -185,10 +184,14 @@ def _from_there(
     campaign: Campaign,
     cycles: Envelopes,
     source: str,
-    rule: Callable[[Envelopes, Record, float], LeftOut | None],
+    rules: Sequence[Callable[[Envelopes, Record], LeftOut | None]],
 ) -> tuple[Campaign, Envelopes]:
-    """The records from the cycle on that a rule says, and the remarks that say so."""
-    rest = without_samples(campaign, partial(rule, cycles))
+    """The records from the cycle on that one of the rules says, and the remarks that say so."""
+
+    def left_out(record: Record, _: float) -> LeftOut | None:
+        return next(filter(None, (rule(cycles, record) for rule in rules)), None)
+
+    rest = without_samples(campaign, left_out)
     cut = {remark.name for remark in rest.remarks[len(campaign.remarks) :]}
     again = {
         record.name: replace(record_cycles(record, rig.frequency.mean, source), released=cycles[record.name].released)
