@@ -389,3 +389,6 @@ def test_a_growth_out_of_the_noise_is_not_held(rate):
     rests = np.where(time < 1.0, 0.0, 0.05 * -np.expm1(-0.2 * (time - 1.0))) * np.sin(2.0 * np.pi * 4.0 * time)
     gone = before_release(Record("g", Path("g"), Kind.GROWTH, time, rests + noise), 4.0)
     assert 0.9 < time[~gone][0] < 1.5
+    knocked = np.where(time < 0.25, 3e-3 * np.sin(2.0 * np.pi * 4.0 * time), rests)  # something shows while it is held
+    gone = before_release(Record("g", Path("g"), Kind.GROWTH, time, knocked + noise), 4.0)
+    assert 0.9 < time[~gone][0] < 1.5

@@ -156,7 +156,10 @@ def before_release(record: Record, frequency: float) -> BoolArray:
     whole = record.response[: count * cycle].reshape(count, cycle)
     amplitude, error = _amplitudes(whole, frequency * (record.time[-1] - record.time[0]) / (record.time.size - 1))
     rest = AT_REST * error if record.kind is Kind.GROWTH else max(AT_REST * error, AT_REST_OF_A_DECAY * amplitude.max())
-    first = int(np.argmax(amplitude > rest))
+    # the last cycle at rest before it clearly moves: hum and drifts show in single ones before
+    first = int(np.argmax(amplitude > AT_ONCE / AT_REST * rest))
+    while first > 0 and amplitude[first - 1] > rest:
+        first -= 1
     after = amplitude[first + 1 : first + 1 + LET_GO_OVER]
     if after.size < LET_GO_OVER:
         return held
