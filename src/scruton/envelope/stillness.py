@@ -175,9 +175,10 @@ def before_release(record: Record, frequency: float) -> BoolArray:
     else:
         at_once = lacks > 0.5 * amplitude.max()
     if at_once:
-        begin = max(last, 1) * cycle  # the release may lie in the last cycle that seems to rest
-        quiet, rest_of_it = np.split(record.response, [begin])
-        moved = np.abs(rest_of_it - quiet.mean()) > max(np.ptp(quiet), MOVED * after[0])
+        quiet, begin = whole[:first][amplitude[:first] <= rest], first * cycle
+        if len(quiet) > 1:  # the release may lie in the last cycle that seems to rest
+            quiet, begin = quiet[:-1], last * cycle
+        moved = np.abs(record.response[begin:] - quiet.mean()) > max(np.ptp(quiet), MOVED * after[0])
         held[: begin + int(np.argmax(moved))] = True
     return held
 
