@@ -92,13 +92,12 @@ def drift_of(a, lagged, x, w, wind, still, drive, force, hats, knots):  # type: 
         f -= x[_F, w] * a / root
         d -= x[_F, w] * w2 / (root * root * root)
     if x[_RISE, w] != 0.0:
-        k2, a2 = x[_KNEE, w] * x[_KNEE, w], a * a
-        share = a2 / (a2 + k2)
         power = x[_POWER, w]
-        if power < 1.5:
-            share = np.sqrt(share)
-        f -= x[_RISE, w] * share * a
-        d -= x[_RISE, w] * share * (1.0 + power * k2 / (a2 + k2))
+        knee, up = x[_KNEE, w], abs(a)
+        if power > 1.5:
+            knee, up = knee * knee, up * up
+        f -= x[_RISE, w] * up / (up + knee) * a
+        d -= x[_RISE, w] * up / (up + knee) * (1.0 + power * knee / (up + knee))
     at_once = x[_LAG, w] <= 0.0 or x[_LAG_KIND, w] > 1.5
     b = a if at_once else lagged
     slow = x[_L1, w] + b * (x[_L2, w] + b * (x[_L3, w] + b * b * x[_L5, w]))

@@ -16,7 +16,7 @@ from scruton.gap.data import GapData
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.further_record import FurtherRecord, separation
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis, by_channel
-from scruton.gap.meaning import known_by_lines, lines_words, strange_lines
+from scruton.gap.meaning import WIND, is_step, known_by_lines, lines_words, strange_lines
 from scruton.gap.speeds import DRIFT, SETTING
 from scruton.gap.thresholds import BLIND, COSTS, FAR_MORE_PROBABLE, WANTED
 
@@ -29,6 +29,7 @@ def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
     An effect joins the verdict where the verdict's signature at its fitted size - what it moves in the innovations,
     whitened - has less than two standard deviations left after projection on the null model's parameters and the
     effect's, where its evidence is as good to within some nats, or where the verdict is not ten times as probable.
+    An unknown that sets in at one moment joins the wind, whose step would leave the same.
     A further effect's group holds what it is not ten times as probable as in its place.  Other pairs are looked at with
     20 per cent of the relaxation damping.  The group of `none` holds what could be there at that size without being
     seen, too.
@@ -50,6 +51,8 @@ def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
             if name in CATALOGUE and name not in known and gain > weights[verdict] - thresholds.FAR_BEHIND
         ]
         first += _near_signature(diagnosis, near, typical) if near else []
+    elif is_step(diagnosis):
+        first.append(WIND)
     if verdict != UNKNOWN:
         first += _as_likely(diagnosis.probability, verdict, {*first, *diagnosis.found})
     beside = [(name, *_as_likely(p, name, diagnosis.found)) for name, p in diagnosis.beside.items()]

@@ -1,6 +1,6 @@
 """The absolute check: whether a hypothesis leaves what noise would leave, or is the best of a bad lot."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -159,18 +159,22 @@ class SecondLine:
     dies: bool = False
 
 
-def second_lines(campaign: Campaign, cycles: Mapping[str, Cycles]) -> tuple[SecondLine, ...]:
+def second_lines(
+    campaign: Campaign, cycles: Mapping[str, Cycles], modes: Sequence[tuple[float, float]] = ()
+) -> tuple[SecondLine, ...]:
     """Lines that matter beside the response in every record: what is left there, and large modes that died away.
 
-    A line at the frequency of a mode that a release sets going in other records is that mode.
+    A line at the frequency of a mode that a release sets going in other records is that mode, and so is one that has
+    its place beside the response of another rig: `modes` as of `GapData`.
     """
     used = [one for one, _, _ in campaign.records() if not one.is_envelope and one.name in cycles]
-    modes = [mode.frequency for track in cycles.values() for mode in track.released]
     found = []
     for record in used:
         track = cycles[record.name]
         line = _line(record, track)
-        if line and any(abs(line.frequency / frequency - 1.0) < SAME_LINE for frequency in modes):
+        own = track.reference_frequency
+        places = (place for mode, response in modes for place in (mode, mode / response * own))
+        if line and any(abs(line.frequency / place - 1.0) < SAME_LINE for place in places):
             line = None
         found += [*([line] if line else []), *(_died(record, mode, track) for mode in track.released if mode.is_large)]
     return tuple(found)

@@ -63,6 +63,9 @@ class GapData:
         between those of the peak tests, or a tenth of their span beyond.  None where there are none.
     remarks : sequence of Remark
         What the records say against what is stated of them.
+    modes : sequence of tuple of float
+        Frequencies [Hz] of the modes that a release sets going in any record, used or not, each with that of the
+        response beside it.
     """
 
     campaign: Campaign
@@ -81,6 +84,7 @@ class GapData:
     priors: Mapping[str, Prior]
     at_other_speeds: "GapData | None" = None
     remarks: Sequence[Remark] = ()
+    modes: Sequence[tuple[float, float]] = ()
 
     @property
     def first_in_wind(self) -> dict[int, int]:
@@ -122,7 +126,9 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
         if test.records
     }
     peaks = {test.name for test in peak_tests(campaign, stable)} if stable else set()
-    data = replace(_assembled(campaign, card, cycles, stable, peaks), remarks=tuple(review(inspection)))
+    modes = [(mode.frequency, track.reference_frequency) for track in cycles.values() for mode in track.released]
+    data = _assembled(campaign, card, cycles, stable, peaks)
+    data = replace(data, remarks=tuple(review(inspection)), modes=tuple(modes))
     others = _between_peaks(data, cycles)
     if not others:
         return data

@@ -161,7 +161,7 @@ def diagnose_data(
     tell = progress or (lambda _what, _done: None)
     tell("null model", 0.0)
     data, null = fit_null(data)
-    lines = second_lines(campaign, data.cycles)
+    lines = second_lines(campaign, data.cycles, data.modes)
     lasting = [line for line in lines if not line.dies]
     tell("single effects", 0.1)
     everything = (*CATALOGUE.values(), catalogue.UNKNOWN)

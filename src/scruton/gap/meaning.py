@@ -18,6 +18,7 @@ from scruton.gap.finding import Finding, amplitudes_of
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.thresholds import COLOURED, PLACES_DESCRIBED, SAME_LINE, UNKNOWN_NATS, UNMOVED
 
+WIND = "wind_speed_drift"
 _EXCESS = range(Term.HAT, Term.BUMP + 1)
 _COLOUR = {
     True: "what the null model leaves is coloured: something that lasts",
@@ -52,7 +53,7 @@ def meaning(diagnosis: Diagnosis, design_sc: Sequence[float] = ()) -> dict[str, 
     owners = {CATALOGUE[name].belongs for name in diagnosis.found if name in CATALOGUE}
     moves = _moves(diagnosis, change, at if design_sc else [])
     remarks = []
-    if "wind_speed_drift" in diagnosis.found:
+    if WIND in diagnosis.found or is_step(diagnosis):
         remarks.append("A step of the wind at one moment leaves much the same: look at the logged wind speed.")
     if Belongs.RIG in owners and change is not None:
         remarks.append(
@@ -79,6 +80,12 @@ def meaning(diagnosis: Diagnosis, design_sc: Sequence[float] = ()) -> dict[str, 
     return {
         "amplitude_change": change, "at": each, "command": command, "moves": moves, "remarks": remarks, "text": text,
     }  # fmt: skip
+
+
+def is_step(diagnosis: Diagnosis) -> bool:
+    """Whether an unknown cause is a drive that is another from one moment on, as a step of the wind leaves it."""
+    variants = diagnosis.final.hypothesis.variants
+    return UNKNOWN in diagnosis.found and any(variant.scan == "moment" for variant in variants)
 
 
 def _adds_spread(diagnosis: Diagnosis) -> bool:

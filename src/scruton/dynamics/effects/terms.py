@@ -102,7 +102,7 @@ class Term(IntEnum):
     FREQUENCY_TREND = 50 + HATS, _RUN  # relative change of the frequency over the record, linear
     FREQUENCY_LOSS = 51 + HATS, _WIND  # relative loss of frequency over (da/dt/(a omega))^2
     TREND_DRIVE_ARCH = 52 + HATS, _RUN  # relative change of the drive alone in the middle of the record
-    STRUCTURAL_RISE = 53 + HATS, _RIG  # s: damping rate s (a^2/(a^2 + a_s^2))^(p/2), which levels off [1/s]
+    STRUCTURAL_RISE = 53 + HATS, _RIG  # s: damping rate s a^p/(a^p + a_s^p), which levels off [1/s]
     STRUCTURAL_KNEE = 54 + HATS, _RIG  # a_s
     STRUCTURAL_POWER = 55 + HATS, _RIG  # p, that it begins as: 1 or 2
 
