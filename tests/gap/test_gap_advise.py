@@ -9,12 +9,13 @@ from scruton.calibrate.challenge.case import simulate_case
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.gap.advise import _records, advise, confusions
 from scruton.gap.attribute import Candidate, weigh
-from scruton.gap.check import SecondLine, check
+from scruton.gap.check import check
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import NONE, Diagnosis, _groups, fit_null
 from scruton.gap.further_record import FurtherRecord, expected, in_layout_of, separation, transplanted, with_record
 from scruton.gap.hypothesis import Hypothesis
 from scruton.gap.invisible import invisible
+from scruton.gap.lines import SecondLine
 from scruton.gap.meaning import describe_unknown, meaning
 from scruton.gap.probability import probabilities
 from scruton.gap.search import Place

@@ -18,10 +18,11 @@ from scruton.envelope.types import OtherMode
 from scruton.gap import diagnosis
 from scruton.gap.attribute import Candidate
 from scruton.gap.bands import discrepancy_of_the_unknown
-from scruton.gap.check import check, second_lines
+from scruton.gap.check import check
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import diagnose, fit_null
 from scruton.gap.hypothesis import Hypothesis
+from scruton.gap.lines import second_lines
 from scruton.gap.locate import locate
 from scruton.gap.null_model import null_model
 from scruton.gap.screen import Screen
@@ -94,6 +95,24 @@ def test_a_line_that_does_not_matter_is_none(size, found):
     campaign = Campaign(Path(), "", "", Section(Motion.HEAVING, 0.3, 0.05), (rig,))
     lines = second_lines(campaign, {record.name: record_cycles(record, 4.79)})
     assert sum(line.ratio > LINE_NATS for line in lines) == found
+
+
+@pytest.mark.parametrize(("mode", "bend", "found"), [(0.1, 0.0, 1), (0.002, 0.0, 0), (0.0, 0.0, 0), (0.0, 0.03, 0)])
+def test_a_mode_that_beats_with_a_free_decay_is_a_line_and_a_spring_that_bends_is_none(mode, bend, found):
+    time = np.arange(0.0, 40.0, 1.0 / 256.0)
+    a = 0.05 * np.exp(-0.06 * time)
+    turn = 2.0 * np.pi * 4.79 * (time + bend * np.cumsum((a / 0.05) ** 2) / 256.0)
+    beside = 0.05 * mode * np.exp(-0.02 * time) * np.sin(2.0 * np.pi * 4.79 * 0.955 * time)
+    response = a * np.sin(turn) + beside + 2e-5 * np.random.default_rng(1).standard_normal(time.size)
+    record = Record("still.csv", Path("still.csv"), Kind.FREE_DECAY, time, response)
+    rig = Rig("rig", Quantity(4.79), None, Quantity(0.001), (record,))
+    campaign = Campaign(Path(), "", "", Section(Motion.HEAVING, 0.3, 0.05), (rig,))
+    lines = [
+        line
+        for line in second_lines(campaign, {record.name: record_cycles(record, 4.79)})
+        if line.ratio > LINE_NATS and abs(line.frequency / (0.955 * 4.79) - 1.0) < 0.01
+    ]
+    assert len(lines) == found
 
 
 @pytest.mark.parametrize(

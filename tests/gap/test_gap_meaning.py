@@ -12,10 +12,11 @@ from scruton.calibrate.challenge.case import simulate_case
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Parameter
 from scruton.dynamics.effects.effect import Extent
 from scruton.gap.attribute import weigh
-from scruton.gap.check import SecondLine, check, knocked
+from scruton.gap.check import check, knocked
 from scruton.gap.data import load_gap
 from scruton.gap.diagnose import examine
 from scruton.gap.diagnosis import fit_null
+from scruton.gap.lines import SecondLine
 from scruton.gap.meaning import foremost_line, lines_words, meaning
 from scruton.gap.screen import Screen
 from scruton.gap.shrink import _fraction

@@ -1,18 +1,13 @@
 """The absolute check: whether a hypothesis leaves what noise would leave, or is the best of a bad lot."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import median_filter
 from scipy.special import chdtrc, ndtr
 
 from scruton.arrays import FloatArray
-from scruton.campaign.schema import Campaign, Record
 from scruton.dynamics.effects import Term
-from scruton.envelope import Cycles
-from scruton.envelope.lines import apart_from_folded, apart_from_mains, harmonics
-from scruton.envelope.types import OtherMode
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.thresholds import (
     BLOCKS,
@@ -22,9 +17,7 @@ from scruton.gap.thresholds import (
     KNOCKS,
     KURTOSIS_SHARE,
     LAGS,
-    LINE_SIZE,
     OF_MEANS,
-    SAME_LINE,
 )
 from scruton.stats.whiteness import ljung_box
 
@@ -133,86 +126,3 @@ def knocked(fit: FittedHypothesis) -> dict[str, float]:
 def _ljung_box(x: FloatArray, neighbours: float = 0.0) -> tuple[float, int]:
     lags = min(LAGS, x.size // 4)
     return ljung_box(x, lags, neighbours)[0], lags
-
-
-@dataclass(frozen=True, eq=False)
-class SecondLine:
-    """A second line in the spectrum of a record.
-
-    Attributes
-    ----------
-    record : str
-    frequency : float
-        Hz.
-    amplitude : float
-        A/D or rad, of a steady line of that power.
-    ratio : float
-        Power over the local noise, minus ln of the number of frequencies looked at: nats against chance.
-    dies : bool
-        Whether it is a free vibration that was taken out of the record.
-    """
-
-    record: str
-    frequency: float
-    amplitude: float
-    ratio: float
-    dies: bool = False
-
-
-def second_lines(
-    campaign: Campaign, cycles: Mapping[str, Cycles], modes: Sequence[tuple[float, float]] = ()
-) -> tuple[SecondLine, ...]:
-    """Lines that matter beside the response in every record: what is left there, and large modes that died away.
-
-    A line at the frequency of a mode that a release sets going in other records is that mode, and so is one that has
-    its place beside the response of another rig: `modes` as of `GapData`.
-    """
-    used = [one for one, _, _ in campaign.records() if not one.is_envelope and one.name in cycles]
-    found = []
-    for record in used:
-        track = cycles[record.name]
-        line = _line(record, track)
-        own = track.reference_frequency
-        places = (place for mode, response in modes for place in (mode, mode / response * own))
-        if line and any(abs(line.frequency / place - 1.0) < SAME_LINE for place in places):
-            line = None
-        found += [*([line] if line else []), *(_died(record, mode, track) for mode in track.released if mode.is_large)]
-    return tuple(found)
-
-
-def _died(record: Record, mode: OtherMode, cycles: Cycles) -> SecondLine:
-    """The line of a free vibration, as one of its power that lasts."""
-    squared = float(np.mean(mode.motion(record.time) ** 2))
-    nats = 0.5 * record.time.size * squared / cycles.noise_sd**2
-    return SecondLine(record.name, mode.frequency, float(np.sqrt(2.0 * squared)), nats, dies=True)
-
-
-def _line(record: Record, cycles: Cycles) -> SecondLine | None:
-    inside = (record.time >= cycles.begin) & (record.time <= cycles.end)
-    t, y = record.time[inside], record.response[inside]
-    if t.size < 64:
-        return None
-    columns = np.column_stack([np.ones_like(t), harmonics(t, cycles)])
-    rest = y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]
-    window = np.hanning(t.size) ** 0.5
-    power = np.abs(np.fft.rfft(rest * window)) ** 2
-    step = float(np.median(np.diff(t)))
-    frequency = np.fft.rfftfreq(t.size, step)
-    f0, resolution = cycles.reference_frequency, 1.0 / (t[-1] - t[0])
-    use = (frequency > 0.3 * f0) & (frequency < 2.85 * f0)
-    for k in (1, 2):
-        use &= np.abs(frequency - k * f0) > max(4.0 * resolution, 0.08 * f0)
-    use &= apart_from_folded(frequency, f0, 1.0 / step, 4.0 * resolution)
-    use &= apart_from_mains(frequency, 1.0 / step, resolution)
-    if np.count_nonzero(use) < 12:
-        return None
-    # The floor is local: turbulence drives the response, whose skirts are no line.
-    width = max(5, int(0.15 * f0 / resolution))
-    floor = median_filter(power, size=2 * width + 1, mode="nearest") / np.log(2.0)
-    above = np.where(use, power / np.maximum(floor, 1e-300), 0.0)
-    peak = int(np.argmax(above))
-    ratio = float(above[peak] - np.log(np.count_nonzero(use)))
-    amplitude = float(2.0 * np.sqrt(power[peak]) / window.sum())
-    if amplitude < LINE_SIZE * float(np.median(cycles.amplitude)):
-        return None
-    return SecondLine(record.name, float(frequency[peak]), amplitude, ratio)

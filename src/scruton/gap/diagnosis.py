@@ -8,13 +8,14 @@ import numpy as np
 from scruton.campaign.schema import Campaign
 from scruton.dynamics import effects as catalogue
 from scruton.dynamics.effects import CATALOGUE
-from scruton.dynamics.effects.terms import Belongs
+from scruton.dynamics.effects.terms import Belongs, Term
 from scruton.gap import thresholds
 from scruton.gap.attribute import Candidate, weigh
-from scruton.gap.check import Check, SecondLine, check, second_lines
+from scruton.gap.check import Check, check
 from scruton.gap.data import GapData, load_gap
 from scruton.gap.held_out import predicts_better
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
+from scruton.gap.lines import SecondLine, second_lines
 from scruton.gap.null_model import null_model
 from scruton.gap.probability import probabilities
 from scruton.gap.search import Place, beside_unknown, search, slack_of_further
@@ -273,6 +274,9 @@ def _judged(
         refuted = mark.spread < thresholds.SPREADS or foretold
         if rival and refuted and null.hypothesis.data.layout.wind.any():
             gains[UNKNOWN] = max(gains[UNKNOWN], gains[best.name] - thresholds.UNEARNED_NATS)
+        # What beats with the response in still air, too, is no shedding, however well its equation follows.
+        if rival and CATALOGUE[best.name].channel == "spectrum" and _beats_in_still_air(lines, names, leader):
+            gains[UNKNOWN] = max(gains[UNKNOWN], gains[best.name] + thresholds.LINE_NATS)
     gains[NONE] = 0.0
     probability = probabilities(gains, prior, prior_none)
     return gains, probability, max(probability, key=lambda name: probability[name])
@@ -323,10 +327,24 @@ def unexplained_lines(lines: Sequence[SecondLine], names: Sequence[str], data: G
     return [line for line in strong if not forced or line.record in still or _far_off(line, data)]
 
 
+def _beats_in_still_air(lines: Sequence[SecondLine], names: Sequence[str], forced: FittedHypothesis) -> bool:
+    """Whether a line stands in still air where a force off the response is found in the wind."""
+    data, rates = forced.hypothesis.data, forced.table[:, Term.FORCE_RATE]
+    detuning = (rates / data.layout.omega)[rates != 0.0]
+    return any(
+        bool(np.any(np.abs(detuning - _off(line, data)) < thresholds.SAME_LINE))
+        for line in unexplained_lines(lines, names, data)
+    )
+
+
+def _off(line: SecondLine, data: GapData) -> float:
+    """How far a line is off the response, relative to it."""
+    return line.frequency / data.cycles[line.record].reference_frequency - 1.0
+
+
 def _far_off(line: SecondLine, data: GapData) -> bool:
     """Whether a line is further from the response than a force that beats with it is sought."""
-    off = line.frequency / data.cycles[line.record].reference_frequency - 1.0
-    return abs(off) > thresholds.MOST_DETUNING + thresholds.DETUNING_MARGIN
+    return abs(_off(line, data)) > thresholds.MOST_DETUNING + thresholds.DETUNING_MARGIN
 
 
 def _groups(gains: Mapping[str, float], verdict: str) -> tuple[tuple[str, ...], ...]:

@@ -14,10 +14,11 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import Extent, Parameter, Scope, Values, Variant, add, size_prior
 from scruton.dynamics.effects.terms import Layout, Term
 from scruton.gap import thresholds
-from scruton.gap.check import SecondLine, shared_by_neighbours
+from scruton.gap.check import shared_by_neighbours
 from scruton.gap.data import GapData
 from scruton.gap.finding import Finding, amplitudes_of, place, time_of
 from scruton.gap.hypothesis import FittedHypothesis
+from scruton.gap.lines import SecondLine
 from scruton.stats.whiteness import autocorrelation
 
 _QUARTERS = 4

@@ -11,11 +11,12 @@ from scruton.dynamics.effects.effect import BENDS, DAMPING, DRIVE, FREQUENCY
 from scruton.dynamics.effects.terms import HATS, Belongs, Term
 from scruton.gap.attribute import best_of
 from scruton.gap.bands import discrepancy_of_the_unknown
-from scruton.gap.check import SecondLine, knocked
+from scruton.gap.check import knocked
 from scruton.gap.data import GapData
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis, unexplained_lines
 from scruton.gap.finding import Finding, amplitudes_of
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
+from scruton.gap.lines import SecondLine
 from scruton.gap.thresholds import COLOURED, PLACES_DESCRIBED, SAME_LINE, UNKNOWN_NATS, UNMOVED
 
 WIND = "wind_speed_drift"
