@@ -102,6 +102,7 @@ ALONE = {
     "aerodynamic": {"AERO_LINEAR": 1.0, "AERO_SQUARE": 10.0, "AERO_FOURTH": 500.0},
     "coherence": {"COHERENCE": 0.02},
     "levels": {"STRUCTURAL_RISE": 0.2, "STRUCTURAL_KNEE": 0.03, "STRUCTURAL_POWER": 1.0},
+    "falls": {"STRUCTURAL_RISE": -0.2, "STRUCTURAL_KNEE": 0.03, "STRUCTURAL_POWER": 0.0},
     "levels later": {"STRUCTURAL_RISE": 0.2, "STRUCTURAL_KNEE": 0.03, "STRUCTURAL_POWER": 2.0},
     "trend": {"TREND": 0.1, "TREND_SINE": 0.05, "TREND_DRIVE": 0.05},
     "arch": {"TREND_ARCH": 0.1, "TREND_DRIVE_ARCH": -0.2},

@@ -96,8 +96,14 @@ def drift_of(a, lagged, x, w, wind, still, drive, force, hats, knots):  # type: 
         knee, up = x[_KNEE, w], abs(a)
         if power > 1.5:
             knee, up = knee * knee, up * up
-        f -= x[_RISE, w] * up / (up + knee) * a
-        d -= x[_RISE, w] * up / (up + knee) * (1.0 + power * knee / (up + knee))
+        if power > 0.5:
+            share = up / (up + knee)
+            steep = power * share * (1.0 - share)
+        else:
+            share = 1.0 - np.exp(-up / knee)
+            steep = up / knee * (1.0 - share)
+        f -= x[_RISE, w] * share * a
+        d -= x[_RISE, w] * (share + steep)
     at_once = x[_LAG, w] <= 0.0 or x[_LAG_KIND, w] > 1.5
     b = a if at_once else lagged
     slow = x[_L1, w] + b * (x[_L2, w] + b * (x[_L3, w] + b * b * x[_L5, w]))

@@ -62,10 +62,12 @@ def _friction(layout: Layout) -> list[Variant]:
     return variants
 
 
-def _level_off(power: int) -> Apply:
+def _level_off(power: int, *, falls: bool = False) -> Apply:
     def apply(table: FloatArray, values: Values, layout: Layout) -> None:
         size = values["size"]
-        add(table, Term.STRUCTURAL_RISE, size * layout.rate)
+        add(table, Term.STRUCTURAL_RISE, (-size if falls else size) * layout.rate)
+        if falls:
+            add(table, Term.STRUCTURAL, size * layout.rate)
         table[:, :, Term.STRUCTURAL_KNEE] = np.where(size != 0.0, values["knee"] * layout.reference_amplitude, 0.0)
         table[:, :, Term.STRUCTURAL_POWER] = np.where(size != 0.0, power, 0.0)
 
@@ -85,13 +87,16 @@ def _with_amplitude(layout: Layout) -> list[Variant]:
     ]
     both = adding(linear=Term.STRUCTURAL_LINEAR, square=Term.STRUCTURAL_SQUARE)
     (everywhere,) = scopes(layout, {Extent.EVERYWHERE: (0.7, _ALIKE)})
-    # What falls as the amplitude grows is what dry friction does: this rises.
+    # What falls as the amplitude grows is what dry friction does, but for what falls over amplitudes such as these.
     rises = tuple(float(np.log(size)) for size in (0.2, 0.5))
     levels = Parameter("size", rises[0], 0.8, everywhere.members, log=True, unit=DAMPING, starts=rises)
     knee = Parameter("knee", 0.0, 0.7, everywhere.members, log=True, unit=REFERENCE, starts=(0.0, float(np.log(0.4))))
-    for power, begins in ((1, "as A"), (2, "as A^2")):
-        form = f"{begins}, levelling off, {{scope}}"
-        variants.append(Variant(form, (levels, knee), _level_off(power), everywhere, 0.2))
+    forms = {
+        "as A, levelling off": _level_off(1),
+        "as A^2, levelling off": _level_off(2),
+        "falling to nothing": _level_off(0, falls=True),
+    }
+    variants += [Variant(f"{form}, {{scope}}", (levels, knee), apply, everywhere, 0.2) for form, apply in forms.items()]
     return [*variants, sized("as A and A^2, {scope}", both, everywhere, "linear", "square")]
 
 

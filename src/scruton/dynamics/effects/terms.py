@@ -104,7 +104,7 @@ class Term(IntEnum):
     TREND_DRIVE_ARCH = 52 + HATS, _RUN  # relative change of the drive alone in the middle of the record
     STRUCTURAL_RISE = 53 + HATS, _RIG  # s: damping rate s a^p/(a^p + a_s^p), which levels off [1/s]
     STRUCTURAL_KNEE = 54 + HATS, _RIG  # a_s
-    STRUCTURAL_POWER = 55 + HATS, _RIG  # p, that it begins as: 1 or 2
+    STRUCTURAL_POWER = 55 + HATS, _RIG  # p, that it begins as: 1 or 2; 0: s (1 - exp(-a/a_s))
 
 
 COLUMNS = int(Term.STRUCTURAL_POWER) + 1
