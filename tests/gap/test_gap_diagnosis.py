@@ -24,6 +24,8 @@ from scruton.gap.diagnosis import diagnose, fit_null
 from scruton.gap.hypothesis import Hypothesis
 from scruton.gap.lines import second_lines
 from scruton.gap.locate import locate
+from scruton.gap.locate_records import clock_findings
+from scruton.gap.meaning import describe_unknown
 from scruton.gap.null_model import null_model
 from scruton.gap.screen import Screen
 from scruton.gap.sizes import found_parameters
@@ -136,6 +138,25 @@ def test_a_mode_that_the_release_sets_going_is_no_gap_unless_it_is_large(clean, 
     found = diagnose(replace(campaign, rigs=rigs, tests=tests))
     assert found.verdict == verdict
     assert any(line.dies for line in found.lines) == (verdict == "unknown")
+
+
+@pytest.mark.parametrize(("off", "verdict"), [(0.004, "none"), (0.03, "unknown")])
+def test_a_record_whose_clock_is_wrong_is_told_by_the_others_of_its_test(clean, off, verdict):
+    campaign = clean[0]
+    first, *rest = campaign.tests
+    name = first.records[0].name
+
+    def hurried(record):
+        return replace(record, time=record.time / (1.0 + off)) if record.name == name else record
+
+    hurried_test = replace(first, records=tuple(map(hurried, first.records)))
+    found = diagnose(replace(campaign, tests=(hurried_test, *rest)))
+    assert found.verdict == verdict
+    if verdict == "unknown":
+        findings = clock_findings(found.data)
+        assert [one.record for one in findings] == [name]
+        assert findings[0].excess == pytest.approx(off, abs=2e-3)
+        assert "a clock that is wrong" in describe_unknown(found, findings)["text"]
 
 
 def test_a_frequency_that_follows_warmth_in_wind_is_no_gap(clean):

@@ -12,6 +12,7 @@ from scruton.dynamics.effects.terms import Belongs, Term
 from scruton.gap import thresholds
 from scruton.gap.attribute import Candidate, weigh
 from scruton.gap.check import Check, check
+from scruton.gap.clocks import wrong_clocks
 from scruton.gap.data import GapData, load_gap
 from scruton.gap.held_out import predicts_better
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
@@ -253,14 +254,15 @@ def _judged(
     # Forms differ a little: what is left is measured by what was explained, at the noise that is left.
     explained = max(gains[best.name], 0.0, _explained(null, leader)) if leader is not base else 0.0
     names = tuple(place.best.name for place in places if place.best.log_evidence > place.base.log_evidence)
-    line = _in_lines(lines, names, null.hypothesis.data)
+    line = _in_lines_and_clocks(lines, names, null.hypothesis.data)
     allowed = thresholds.ALLOWED_EXCESS + thresholds.ALLOWED_SHARE * explained
     # What strikes now and then has no form that might be off: a model explains none of its misfit by being wide there.
     struck = mark.knocks - thresholds.ALLOWED_EXCESS - thresholds.ALLOWED_SHARE * max(gains[best.name], 0.0)
     left = max(max(mark.excess, line) - allowed, struck)
     if UNKNOWN in gains:  # a card may leave it out
         gains[UNKNOWN] = max(_preferred(gains)[UNKNOWN], max(gains[best.name], 0.0) + left)
-        # Neither the catalogue nor the generic terms have a line beside the response: their evidence has no say there.
+        # Neither the catalogue nor the generic terms have a line beside the response, or a clock: their evidence has no
+        # say there.
         ahead = gains[UNKNOWN] > max(gains[best.name], 0.0) and line < allowed
         # Nor has what explains less than it leaves.
         ahead = ahead and left <= max(gains[best.name], 0.0)
@@ -312,9 +314,10 @@ def _explained(base: FittedHypothesis, leader: FittedHypothesis) -> float:
     return 0.5 * (chi[0] - chi[1])
 
 
-def _in_lines(lines: Sequence[SecondLine], names: Sequence[str], data: GapData) -> float:
-    """Nats in lines beside the response that none of the effects that are named brings."""
-    return sum(line.ratio - thresholds.LINE_NATS for line in unexplained_lines(lines, names, data))
+def _in_lines_and_clocks(lines: Sequence[SecondLine], names: Sequence[str], data: GapData) -> float:
+    """Nats in lines beside the response, and in wrong clocks, that none of the effects that are named brings."""
+    nats = [*(line.ratio for line in unexplained_lines(lines, names, data)), *(one.nats for one in wrong_clocks(data))]
+    return sum(nats) - thresholds.LINE_NATS * len(nats)
 
 
 def unexplained_lines(lines: Sequence[SecondLine], names: Sequence[str], data: GapData) -> list[SecondLine]:

@@ -12,6 +12,7 @@ from scruton.dynamics.effects.terms import HATS, Belongs, Term
 from scruton.gap.attribute import best_of
 from scruton.gap.bands import discrepancy_of_the_unknown
 from scruton.gap.check import knocked
+from scruton.gap.clocks import wrong_clocks
 from scruton.gap.data import GapData
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis, unexplained_lines
 from scruton.gap.finding import Finding, amplitudes_of
@@ -187,7 +188,7 @@ def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[
     if diagnosis.verdict != UNKNOWN:
         return {}
     data, layout = diagnosis.data, diagnosis.data.layout
-    lines, by_lines = strange_lines(diagnosis), known_by_lines(diagnosis)
+    lines, by_lines, clocks = strange_lines(diagnosis), known_by_lines(diagnosis), wrong_clocks(data)
     p, unit = diagnosis.checks[NONE].colour, data.campaign.section.motion.amplitude_text
     coloured = None if np.isnan(p) else bool(p < COLOURED)
     if by_lines:
@@ -204,6 +205,8 @@ def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[
         struck = {name for name, nats in knocked(diagnosis.final).items() if nats > 0.0}
         if diagnosis.checks[NONE].knocks > UNKNOWN_NATS:
             form, acting = "sudden knocks", np.array([name in struck for name in layout.records])
+        elif clocks:
+            form, acting = "a clock", np.isin(layout.records, [one.record for one in clocks])
     amplitude = _amplitudes(diagnosis, acting)
     records = [name for name, acts in zip(layout.records, acting, strict=True) if acts]
     where = (
@@ -216,6 +219,9 @@ def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[
     parts = [f"It looks like {form}: {size} {' to '.join(map(unit, amplitude))}, in {where}; {_COLOUR[coloured]}."]
     if lines:
         parts.append(f"Beside the response stands a line: {lines_words(lines, data)}.")
+    if clocks:
+        others = f", and {len(clocks) - 1} more likewise" if len(clocks) > 1 else ""
+        parts.append(f"{clocks[0].words}{others}: a clock that is wrong, or samples that were lost.")
     if not by_lines and strongest:
         parts.append(f"Strongest: {strongest}.")
     return {
