@@ -12,7 +12,7 @@ from scruton.dynamics.effects.terms import HATS, Belongs, Term
 from scruton.gap.attribute import best_of
 from scruton.gap.bands import discrepancy_of_the_unknown
 from scruton.gap.check import knocked
-from scruton.gap.clocks import wrong_clocks
+from scruton.gap.clocks import WrongClock, wrong_clocks
 from scruton.gap.data import GapData
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis, unexplained_lines
 from scruton.gap.finding import Finding, amplitudes_of
@@ -135,9 +135,17 @@ def strange_lines(diagnosis: Diagnosis) -> list[SecondLine]:
 
 def known_by_lines(diagnosis: Diagnosis) -> list[SecondLine]:
     """Those lines, where no generic term says anything of an unknown cause; else none."""
+    return [] if _generic_says(diagnosis) else strange_lines(diagnosis)
+
+
+def known_by_clocks(diagnosis: Diagnosis) -> list[WrongClock]:
+    """Clocks that are wrong, likewise."""
+    return [] if _generic_says(diagnosis) else wrong_clocks(diagnosis.data)
+
+
+def _generic_says(diagnosis: Diagnosis) -> bool:
     alone = diagnosis.singles.get(UNKNOWN)
-    generic = alone.log_evidence - diagnosis.null.log_evidence if alone and alone.best else 0.0
-    return strange_lines(diagnosis) if generic < UNKNOWN_NATS else []
+    return bool(alone and alone.best and alone.log_evidence - diagnosis.null.log_evidence >= UNKNOWN_NATS)
 
 
 def foremost_line(lines: Sequence[SecondLine]) -> list[SecondLine]:
@@ -196,6 +204,9 @@ def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[
         acting = np.array([name in lined for name in layout.records])
         form, what = "a line beside the response", "of the response's amplitude"
         largest = max(line.amplitude / float(np.median(data.cycles[line.record].amplitude)) for line in lines)
+    elif by_clocks := known_by_clocks(diagnosis):
+        form, largest, what = "a clock", max(abs(one.off) for one in by_clocks), "of the frequency"
+        acting = np.isin(layout.records, [one.record for one in by_clocks])
     elif any(one.effect == UNKNOWN for one in diagnosis.final.hypothesis.variants):
         form = diagnosis.final.hypothesis.variants[-1].label
         largest, what, acting = _of_generic(diagnosis)
@@ -205,8 +216,6 @@ def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[
         struck = {name for name, nats in knocked(diagnosis.final).items() if nats > 0.0}
         if diagnosis.checks[NONE].knocks > UNKNOWN_NATS:
             form, acting = "sudden knocks", np.array([name in struck for name in layout.records])
-        elif clocks:
-            form, acting = "a clock", np.isin(layout.records, [one.record for one in clocks])
     amplitude = _amplitudes(diagnosis, acting)
     records = [name for name, acts in zip(layout.records, acting, strict=True) if acts]
     where = (
