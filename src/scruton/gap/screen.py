@@ -162,7 +162,7 @@ class Screen:
         if variant.scope.extent is Extent.SOME_RECORDS:
             places = np.add.outer(np.arange(tested[0].size), first[:-1])
             order = np.argsort([-gain(place) for place in places])
-            variant, found = _in_some(variant, order, lambda some: gain(places[some].ravel()))
+            variant, found = _in_some(variant, variant.scope.members, order, lambda some: gain(places[some].ravel()))
         else:
             found = gain(np.arange(scales.size))
         return ScoreTest(variant, alone + found, first_starts(variant))
@@ -230,6 +230,11 @@ class Screen:
         held = np.diag(1.0 / prior**2)
         best, gains = np.zeros(scanned.size, dtype=int), np.zeros(scanned.size)
         chosen = np.zeros((len(variant.scope.members), prior.size))
+        alike = variant.scope.extent is Extent.SOME_RECORDS and scanned.size == 1
+        if alike:
+            variant = _in_some_alike(variant, scores, curvatures + held, prior)
+            named = {p.name: p for p in variant.parameters}
+            scanned = named[variant.scan]
         for g in range(scanned.size):
             inside = np.flatnonzero(scanned.members == g)
             if "phase" in named:  # of every record its own: what records find is their own, too
@@ -244,8 +249,9 @@ class Screen:
             gains[g] = float(logsumexp(summed)) - np.log(len(grid))
             chosen[inside] = step[best[g]]
         total = float(gains.sum())
-        if variant.scope.extent is Extent.SOME_RECORDS:
-            variant, total = _in_some(variant, np.argsort(-gains), lambda some: float(gains[some].sum()))
+        if variant.scope.extent is Extent.SOME_RECORDS and not alike:
+            order, of_each = np.argsort(-gains), variant.scope.members
+            variant, total = _in_some(variant, of_each, order, lambda some: float(gains[some].sum()))
             best = best[scanned.members[variant.scope.records]]
             named = {p.name: p for p in variant.parameters}
         start = first_starts(variant) | {scanned.name: grid[best]}
@@ -299,17 +305,37 @@ def _gained(score: FloatArray, curvature: FloatArray, prior: FloatArray) -> tupl
     return gain, step
 
 
-def _in_some(variant: Variant, order: np.ndarray, gain: Callable[[np.ndarray], float]) -> tuple[Variant, float]:
+def _in_some(
+    variant: Variant, members: np.ndarray, order: np.ndarray, gain: Callable[[np.ndarray], float]
+) -> tuple[Variant, float]:
     """A variant in the best of its records, the first of an order of its members, and what it gains in them.
 
     Any number of records from two to all but one is as probable, and of as many any set.
     """
-    members, count = variant.scope.members, order.size
+    count = order.size
     sets = [(order[:k], 1.0 / ((count - 2) * comb(count, k))) for k in range(2, count)]
     gains = [gain(some) for some, _ in sets]
     best = int(np.argmax([one + np.log(share) for one, (_, share) in zip(gains, sets, strict=True)]))
     some, share = sets[best]
     return variant.within(np.isin(members, some), share), gains[best]
+
+
+def _in_some_alike(variant: Variant, scores: FloatArray, curvatures: FloatArray, prior: FloatArray) -> Variant:
+    """A variant of one size and one place in the best of its records, by scores and curvatures (G, R, probes).
+
+    Those come first that gain most by themselves at the place, and with the sign, that gain most together.
+    """
+    inside, many = np.flatnonzero(variant.scope.records), len(variant.scope.members)
+    alone, step = _gained(scores, curvatures, prior)
+    mine = np.where(np.stack([step[..., 0] > 0.0, step[..., 0] <= 0.0]), alone, -np.inf)[:, :, inside]
+    side, place = np.unravel_index(np.argmax(np.maximum(mine, 0.0).sum(axis=2)), mine.shape[:2])
+    order = inside[np.argsort(-mine[side, place])]
+
+    def together(some: np.ndarray) -> float:
+        held = (curvatures[:, some] - np.diag(1.0 / prior**2)).sum(axis=1) + np.diag(1.0 / prior**2)
+        return float(logsumexp(_gained(scores[:, some].sum(axis=1), held, prior)[0])) - float(np.log(len(scores)))
+
+    return _in_some(variant, np.arange(many), order, together)[0]
 
 
 def _in_records(parameter: Parameter, value: float) -> FloatArray:

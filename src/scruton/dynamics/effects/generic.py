@@ -22,16 +22,15 @@ from scruton.dynamics.effects.effect import (
     scopes,
     sized,
 )
+from scruton.dynamics.effects.recording import jumping
 from scruton.dynamics.effects.terms import HATS, Belongs, Layout, Term, compact
 
-_DRIVE = adding(size=Term.JUMP)
 # From some moment of a record on; together of the weight of one form.
 _JUMPS = {
-    Extent.IN_WIND: (0.25, "at the same part of every record"),
-    Extent.EACH_RECORD: (0.25, "in every record"),
-    Extent.SOME_RECORDS: (0.25, "in some records"),
-    Extent.EACH_RECORD_OF_ONE_TEST: (0.125, "in every record of one test"),
-    Extent.ONE_RECORD: (0.125, "in one record"),
+    Extent.EACH_RECORD: (0.4, "in every record"),
+    Extent.SOME_RECORDS: (0.3, "in some records"),
+    Extent.EACH_RECORD_OF_ONE_TEST: (0.15, "in every record of one test"),
+    Extent.ONE_RECORD: (0.15, "in one record"),
 }
 # Of a damper that warms, oil or magnet; together of the weight of one form.
 _WARMS = {
@@ -65,20 +64,11 @@ def discrepancy(form: str, scope: Scope) -> Variant:
     return sized(form, adding(**_EXCESS), scope, *_EXCESS)
 
 
-def _jump(table: FloatArray, values: Values, layout: Layout) -> None:
-    _DRIVE(table, values, layout)
-    table[:, :, Term.JUMP_TIME] = values["moment"] * layout.duration
-
-
 def _jumps(layout: Layout) -> list[Variant]:
-    """Of the drive: that of the damping leaves all but the same."""
+    """Of the drive: that of the damping leaves all but the same. Of one size in several records they are the wind's."""
     several = np.count_nonzero(layout.wind) > 1
-    found = []
-    for scope in scopes(layout, _JUMPS if several else {Extent.IN_WIND: (1.0, "in the record")}, wind=True):
-        moment = Parameter("moment", 0.5, 0.3, scope.members, unit="of the record", starts=(0.5,))
-        jump = sized("a jump {scope}", _jump, scope, unit=DRIVE)
-        found.append(replace(jump, parameters=(*jump.parameters, moment), scan="moment"))
-    return found
+    shares = _JUMPS if several else {Extent.IN_WIND: (1.0, "in the record")}
+    return [jumping("a jump {scope}", scope) for scope in scopes(layout, shares, wind=True)]
 
 
 def _told(layout: Layout, shares: Mapping[Extent, tuple[float, str]]) -> list[Scope]:

@@ -1,10 +1,13 @@
 """What befalls a record: a wind that drifts, a frequency that follows the amplitude, a sensor that errs."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import (
     BENDS,
+    DRIVE,
     TENTHS,
     TRENDS,
     Apply,
@@ -49,6 +52,35 @@ def _drift(term: Term, *, from_start: bool) -> Apply:
     return apply
 
 
+def jump(table: FloatArray, values: Values, layout: Layout) -> None:
+    """A drive that is another from some moment of a record on."""
+    add(table, Term.JUMP, values["size"])
+    table[:, :, Term.JUMP_TIME] = values["moment"] * layout.duration
+
+
+def jumping(form: str, scope: Scope) -> Variant:
+    """A jump of the drive at a part of the record."""
+    moment = Parameter("moment", 0.5, 0.3, scope.members, unit="of the record", starts=(0.5,))
+    size = sized(form, jump, scope, unit=DRIVE)
+    return replace(size, parameters=(*size.parameters, moment), scan="moment")
+
+
+def _stepping(layout: Layout) -> list[Variant]:
+    """A step of the wind, of one size at one part of several records: by their own they are no wind's, but unknown."""
+    shares = {
+        Extent.IN_WIND: (0.5, "at the same part of every record in wind"),
+        Extent.ONE_TEST: (0.5, "at the same part of every record of one test"),
+        Extent.SOME_RECORDS: (0.5, "at the same part of some records"),
+    }
+    found = []
+    for scope in scopes(layout, shares, wind=True):
+        if scope.extent is Extent.SOME_RECORDS:
+            scope = replace(scope, members=layout.in_wind())
+        if np.count_nonzero(scope.records) > 1:
+            found.append(jumping("a step of one size {scope}", scope))
+    return found
+
+
 def _rise(rows: FloatArray, _without: FloatArray, station: Station) -> FloatArray:
     rise = rows[:, Term.TREND] + rows[:, Term.TREND_SINE] + rows[:, Term.TREND_ARCH]
     return np.asarray(-rise * (2.0 * rows[:, Term.DRIVE] / station.amplitude - rows[:, Term.AERO]) / station.omega)
@@ -89,7 +121,7 @@ def _drifting(layout: Layout) -> list[Variant]:
     ]
     arch = adding(size=Term.TREND_ARCH)
     arches = [sized("rise and return, {scope}", arch, scope, scale=_WIND_SCALE, unit="of the wind") for scope in shared]
-    return both + alike + arches
+    return both + alike + arches + _stepping(layout)
 
 
 def _bend(rows: FloatArray, without: FloatArray, station: Station) -> FloatArray:
@@ -259,7 +291,7 @@ EFFECTS = (
         "The wind changes during the record",
         "amplitude",
         Belongs.RUN,
-        (*TRENDS, Term.AERO, Term.DRIVE),
+        (*TRENDS, Term.AERO, Term.DRIVE, Term.JUMP, Term.JUMP_TIME),
         Size("damping", "damping ratio at amplitude {at}, end of the record, or its middle, over its start", _rise),
         _drifting,
     ),
