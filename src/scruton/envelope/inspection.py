@@ -114,8 +114,7 @@ def usable(
     plucks : bool
         Whether still-air records that oscillate but show no damping are set aside, too.
     clipped : bool
-        Whether cycles that the sensor cut off or spoiled are kept, and growths whole that fall first: a diagnosis
-        needs them.
+        Whether cycles that the sensor cut off are kept, and growths whole that fall first: a diagnosis needs them.
 
     Returns
     -------
@@ -130,7 +129,8 @@ def usable(
         altogether than stated (`retuned`).
     """
     campaign = moving(campaign)
-    campaign, cycles = _sifted(campaign if clipped else unclipped(unspoiled(campaign)), source, strict, plucks)
+    campaign = unspoiled(campaign)
+    campaign, cycles = _sifted(campaign if clipped else unclipped(campaign), source, strict, plucks)
     tuned = retuned(campaign, cycles, refuse=plucks)
     if tuned is not campaign:
         before = cycles
