@@ -11,6 +11,7 @@ from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Campaign, Kind, Record, Rig, Test
 from scruton.envelope.clipping import CLIPPED, unclipped
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
+from scruton.envelope.lasting_modes import remark_on_lasting, without_lasting_modes
 from scruton.envelope.natural_frequency import retuned
 from scruton.envelope.other_modes import remark_on, without_other_modes, without_suspected_modes
 from scruton.envelope.quality import RecordQuality, assess
@@ -135,7 +136,14 @@ def usable(
     if tuned is not campaign:
         before = cycles
         campaign, cycles = _sifted(tuned, source, strict, plucks)
-        cycles = {name: replace(one, released=(*before[name].released, *one.released)) for name, one in cycles.items()}
+        cycles = {
+            name: replace(
+                one,
+                released=(*before[name].released, *one.released),
+                lasting=(*before[name].lasting, *one.lasting),
+            )
+            for name, one in cycles.items()
+        }
     return _from_there(campaign, cycles, source, (_pushed,) if clipped else (_pushed, _fallen))
 
 
@@ -194,7 +202,11 @@ def _from_there(
     rest = without_samples(campaign, left_out)
     cut = {remark.name for remark in rest.remarks[len(campaign.remarks) :]}
     again = {
-        record.name: replace(record_cycles(record, rig.frequency.mean, source), released=cycles[record.name].released)
+        record.name: replace(
+            record_cycles(record, rig.frequency.mean, source),
+            released=cycles[record.name].released,
+            lasting=cycles[record.name].lasting,
+        )
         for record, rig, _ in rest.records()
         if record.name in cut
     }
@@ -219,8 +231,8 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
                 _check_ring_down(record, track)
             if test is not None:
                 check_vibrates(record, track, campaign.section.amplitude_unit)
-            left, track = without_other_modes(record, track, again(rig))
-            if track.released:
+            left, track = without_lasting_modes(*without_other_modes(record, track, again(rig)), again(rig))
+            if left is not record:
                 cleared[record.name] = left
             cycles[record.name] = track
         except InputError as error:
@@ -238,6 +250,8 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
             cleared[record.name], cycles[record.name] = left, track
         if track.released:
             modes.append(remark_on(record, track.released))
+        if track.lasting:
+            modes.append(remark_on_lasting(record, track))
 
     def kept(records: tuple[Record, ...]) -> tuple[Record, ...]:
         return tuple(cleared.get(record.name, record) for record in records if record.name in cycles)

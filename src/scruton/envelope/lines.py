@@ -13,7 +13,7 @@ _LONGEST = 2**19  # samples that the spectrum looks at
 _FOLDED_WANDER = 1e-3  # of its frequency, by which a harmonic may be off
 _MOST_FOLDED = 25  # order of the highest harmonic of which an alias is looked for: a wave that is cut off has such
 
-_MAINS, _WANDER = (50.0, 60.0), 0.15  # Hz, and how far from it a line may be seen
+_MAINS, MAINS_WANDER = (50.0, 60.0), 0.15  # Hz, and how far from it a line may be seen
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Line:
     def mains(self, sample_rate: float) -> float:
         """Frequency of the mains [Hz] that the line is, or is an alias of, at this sample rate; 0 of any other."""
         seen = mains_seen(sample_rate)
-        return next((hum for hum, line in seen.items() if abs(self.frequency - line) < _WANDER), 0.0)
+        return next((hum for hum, line in seen.items() if abs(self.frequency - line) < MAINS_WANDER), 0.0)
 
 
 def mains_seen(sample_rate: float) -> dict[float, float]:
@@ -60,7 +60,7 @@ def apart_from_folded(frequency: FloatArray, main: float, sample_rate: float, re
 def apart_from_mains(frequency: FloatArray, sample_rate: float, resolution: float) -> BoolArray:
     """Which frequencies of a spectrum are none of the hum of the mains, which is in the reading, not in the motion."""
     hums = mains_seen(sample_rate).values()
-    return np.all([np.abs(frequency - hum) > _WANDER + resolution for hum in hums], axis=0)
+    return np.all([np.abs(frequency - hum) > MAINS_WANDER + resolution for hum in hums], axis=0)
 
 
 def second_line(time: FloatArray, response: FloatArray, cycles: Cycles) -> Line | None:

@@ -107,7 +107,7 @@ def without_suspected_modes(
     ]  # fmt: skip
     if not near or cut_off_sides(record.time, record.response, cycles.reference_frequency):
         return record, cycles
-    rest, motion = _rest(record, cycles), float(np.max(cycles.smoothed()))
+    rest, motion = rest_of(record, cycles), float(np.max(cycles.smoothed()))
     if rest is None:
         return record, cycles
     for suspect in near:
@@ -117,7 +117,7 @@ def without_suspected_modes(
             continue
         mode = replace(mode, since=cycles.begin, relative=size)
         left = replace(record, response=record.response - mode.motion(record.time))
-        return left, replace(again(left), released=(*cycles.released, mode))
+        return left, replace(again(left), released=(*cycles.released, mode), lasting=cycles.lasting)
     return record, cycles
 
 
@@ -126,7 +126,7 @@ def other_modes(record: Record, cycles: Cycles) -> tuple[OtherMode, ...]:
 
     The smaller ones beside a large one have to wait until it is gone: it moves the amplitude of every cycle, too.
     """
-    now = _rest(record, cycles)
+    now = rest_of(record, cycles)
     if now is None:
         return ()
     motion = float(np.max(cycles.smoothed()))
@@ -151,7 +151,7 @@ def remark_on(record: Record, modes: Sequence[OtherMode]) -> Remark:
     return Remark(Severity.NOTE, OTHER_MODE, "record", record.name, text, f"{what.format('{} ')} (taken out)", largest)
 
 
-def _rest(record: Record, cycles: Cycles) -> "_Rest | None":
+def rest_of(record: Record, cycles: Cycles) -> "Rest | None":
     """What a record holds beside its motion, None of one that is too short."""
     inside = np.flatnonzero((record.time >= cycles.begin) & (record.time <= cycles.end))[:_LONGEST]
     if inside.size < _FEWEST:
@@ -169,12 +169,12 @@ def _rest(record: Record, cycles: Cycles) -> "_Rest | None":
     means = np.convolve(cycles.frequency, np.ones(few) / few, mode="valid")
     strong = np.convolve(cycles.amplitude, np.ones(few) / few, mode="valid") > _STRONG * np.max(cycles.amplitude)
     low, high = np.quantile(means[strong], _WANDERS).tolist() if strong.any() else 2 * [cycles.reference_frequency]
-    rest = _Rest(t - cycles.begin, held * np.interp(t, time, record.response[inside]), held, known, (low, high))
+    rest = Rest(t - cycles.begin, held * np.interp(t, time, record.response[inside]), held, known, (low, high))
     return replace(rest, left=rest.beside(rest.left))
 
 
 @dataclass(frozen=True, eq=False)
-class _Rest:
+class Rest:
     """What is left beside a motion, at equal steps `t` from where its cycles begin [s], (N,); zero where not `held`.
 
     `known` is what may be in the record anyhow, the motion with its harmonics and a drift, orthonormal, (N, K): modes
@@ -194,16 +194,19 @@ class _Rest:
 
     @property
     def sample_rate(self) -> float:
+        """Hz."""
         return 1.0 / float(self.t[1] - self.t[0])
 
     @cached_property
     def size(self) -> int:
+        """Samples of the transform, zeros included."""
         from scipy.fft import next_fast_len
 
         return int(next_fast_len(self.t.size, real=True))
 
     @cached_property
     def frequency(self) -> FloatArray:
+        """Of the spectrum [Hz]."""
         return np.asarray(np.fft.rfftfreq(self.size, float(self.t[1] - self.t[0])))
 
     @cached_property
@@ -231,7 +234,8 @@ class _Rest:
         fall = np.exp(-rate * self.t)
         return np.asarray(np.abs(np.fft.rfft(self.left * fall, self.size)) ** 2 / np.sum((self.held * fall) ** 2))
 
-    def less(self, mode: OtherMode) -> "_Rest":
+    def less(self, mode: OtherMode) -> "Rest":
+        """The same without a vibration."""
         return replace(self, left=self.left - self.beside(mode.motion(self.t)))
 
     def largest(self) -> OtherMode | None:
@@ -242,7 +246,7 @@ class _Rest:
             best = (0.0, 0.0, 0)
             for rate, power in spectra:
                 at = int(np.argmax(np.where(allowed, power, 0.0)))
-                best = max(best, (float(power[at]) / _by_chance(power, at), rate, at))
+                best = max(best, (float(power[at]) / by_chance(power, at), rate, at))
             if not allowed.any() or best[0] < _PROMISES * MODE_NATS:
                 break
             first = complex(-best[1], 2.0 * np.pi * self.frequency[best[2]])
@@ -297,9 +301,9 @@ class _Rest:
         before, after = self.powers(mode.rate), self.less(mode).powers(mode.rate)
         explained = np.sum(after[near]) < MODE_LEAVES * np.sum(before[near])
         nats = _SUSPECTED_NATS if suspected else MODE_NATS
-        return bool(explained and before[at] > nats * _by_chance(after, at))
+        return bool(explained and before[at] > nats * by_chance(after, at))
 
 
-def _by_chance(power: FloatArray, at: int) -> float:
+def by_chance(power: FloatArray, at: int) -> float:
     """The power that noise has about a place of a spectrum."""
     return max(float(np.median(power[at - at // 3 : at + at // 3 + 2])) / math.log(2.0), 1e-300)

@@ -61,6 +61,10 @@ MODES, MODE_NATS = 4, 30.0
 MODE_APART, MODE_OF_HARMONIC, MODE_TURNS = 0.15, 0.0075, 4.0
 MODE_SIZES, LARGE_MODE = (0.002, 0.1), 0.07
 MODE_FALLS, MODE_DAMPING, MODE_LEAVES = 0.3, 0.05, 0.2
+# Other modes that are kept up: nats over chance; amplitude over the largest of the motion, as above; half the width of
+# the band that is taken out, in parts of their frequency; how far from the motion's they are at least, farther than
+# shedding beats with it.
+LASTING_NATS, LASTING_SIZES, LASTING_WIDTH, LASTING_APART = 30.0, (0.002, 0.1), 0.04, 0.24
 
 # What is noted of a record by itself.
 # Times the stable amplitude: from lower, the rate of a decay is hardly told from turbulence; from higher, a growth does

@@ -45,6 +45,28 @@ class OtherMode:
         return np.asarray((self.amplitude * np.exp(pole * np.maximum(t, 0.0))).real * (t >= 0.0))
 
 
+@dataclass(frozen=True)
+class LastingMode:
+    """What stands in a narrow band beside the motion of a record.
+
+    Attributes
+    ----------
+    frequency : float
+        Hz.
+    amplitude : float
+        A/D or rad, of a steady line of that power.
+    relative : float
+        Over the largest amplitude of the motion.
+    nats : float
+        Its power over the noise about it, less what chance makes of as many frequencies.
+    """
+
+    frequency: float
+    amplitude: float
+    relative: float
+    nats: float
+
+
 @shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class Cycles:
@@ -71,6 +93,8 @@ class Cycles:
         band, that of white noise as strong as its own at the response's frequency.
     released : tuple of OtherMode
         What was taken out of the record before, largest first; of a fit that is loaded nobody knows any more.
+    lasting : tuple of LastingMode
+        Likewise, of what stands beside the motion to the end.
     """
 
     time: FloatArray
@@ -82,6 +106,7 @@ class Cycles:
     reference_frequency: float
     noise_sd: float
     released: tuple[OtherMode, ...] = ()
+    lasting: tuple[LastingMode, ...] = ()
 
     def smoothed(self) -> FloatArray:
         """Amplitude, as means of five cycles in a row: four fewer than there are cycles."""

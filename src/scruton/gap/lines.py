@@ -52,7 +52,9 @@ def second_lines(
     found = []
     for record in used:
         track = cycles[record.name]
-        line = max(filter(None, (_near(record, track), _line(record, track))), key=attrgetter("ratio"), default=None)
+        lasting = (SecondLine(record.name, one.frequency, one.amplitude, one.nats) for one in track.lasting)
+        seen = filter(None, (_near(record, track), _line(record, track), *lasting))
+        line = max(seen, key=attrgetter("ratio"), default=None)
         own = track.reference_frequency
         places = (place for mode, response in modes for place in (mode, mode / response * own))
         if line and any(abs(line.frequency / place - 1.0) < SAME_LINE for place in places):
