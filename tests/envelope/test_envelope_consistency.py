@@ -337,8 +337,8 @@ MEASURED = {
         "amplitude": (DOUBT, 2), "offset": (Severity.NOTE, 2), "frequency drift": (Severity.NOTE, 2),
     },
     "cylinder-in-wind": {  # the edge of lock-in, where amplitudes beat; a second mode near 36 Hz
-        "beat": (DOUBT, 5), "frequency drift": (Severity.NOTE, 11), "second line": (Severity.NOTE, 4),
-        "other mode": (Severity.NOTE, 15),
+        "beat": (DOUBT, 5), "frequency drift": (Severity.NOTE, 11), "second line": (Severity.NOTE, 2),
+        "other mode": (Severity.NOTE, 24),
     },
     "pendulum-air-drag": {"jitter": (Severity.NOTE, 1)},  # filmed
     "pendulum-dry-friction": {"amplitude": (DOUBT, 1), "frequency drift": (Severity.NOTE, 1)},  # swings by 55 degrees

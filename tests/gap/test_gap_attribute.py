@@ -23,7 +23,7 @@ from scruton.gap.diagnosis import _judged, _preferred, fit_null
 from scruton.gap.further_record import FurtherRecord, in_layout_of, with_record
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.locate import scope_findings
-from scruton.gap.screen import Screen, _in_some
+from scruton.gap.screen import Screen, _in_some, _in_some_alike
 from scruton.gap.search import Place
 from scruton.gap.thresholds import NOTICED
 
@@ -103,7 +103,7 @@ def test_what_acts_in_some_records_is_sought_in_those() -> None:
     variant = next(v for v in UNKNOWN.variants(layout) if v.scan and v.scope.extent is Extent.SOME_RECORDS)
     gains, members = np.full(12, -2.0), variant.scope.members
     gains[[3, 7, 8]] = 9.0, 4.0, 12.0
-    found, gain = _in_some(variant, np.argsort(-gains), lambda some: float(gains[some].sum()))
+    found, gain = _in_some(variant, members, np.argsort(-gains), lambda some: float(gains[some].sum()))
     assert gain == 25.0
     assert np.flatnonzero(found.scope.records).tolist() == [int(np.flatnonzero(members == k)[0]) for k in (3, 7, 8)]
     assert found.weight == pytest.approx(variant.weight / (10 * comb(12, 3)))
@@ -293,3 +293,20 @@ def test_variants_are_screened_side_by_side_as_one_by_one() -> None:
         for one, other in zip(together, alone, strict=True):
             assert one.variant.label == other.variant.label
             assert all(np.array_equal(one.start[key], other.start[key]) for key in one.start)
+
+
+def test_a_step_of_one_size_is_sought_where_it_has_one_sign_at_one_place() -> None:
+    null, _ = null_of(5101, 1, "time_jump", 0.4)
+    layout = null.hypothesis.data.layout
+    steps = [v for v in CATALOGUE["wind_speed_drift"].variants(layout) if v.scan]
+    variant = next(v for v in steps if v.scope.extent is Extent.SOME_RECORDS)
+    records = len(layout.records)
+    scores, curvatures = np.zeros((4, records, 1)), np.full((4, records, 1, 1), 400.0)
+    winds = np.flatnonzero(layout.wind)
+    scores[2, winds[[0, 2, 5]], 0] = 120.0, 110.0, 130.0  # at one place, with one sign
+    scores[2, winds[3], 0] = -120.0
+    scores[1, winds[4], 0] = 120.0
+    prior = np.array([0.3])
+    found = _in_some_alike(variant, scores, curvatures + np.diag(1.0 / prior**2), prior)
+    assert np.flatnonzero(found.scope.records).tolist() == winds[[0, 2, 5]].tolist()
+    assert [p.size for p in found.parameters] == [1, 1]

@@ -83,7 +83,10 @@ def written_here(effect: Effect) -> Effect:
         ]  # fmt: skip
         everywhere = Scope(Extent.EVERYWHERE, layout.everywhere(), "in every rig alike")
         pair = tuple(size_prior(name, everywhere.members) for name in ("linear", "square"))
-        return [*found, Variant("as A and A^2, {scope}", pair, both, everywhere, 0.7)]
+        others = [
+            replace(one, effect="") for one in effect.variants(layout) if "knee" in {p.name for p in one.parameters}
+        ]
+        return [*found, *others, Variant("as A and A^2, {scope}", pair, both, everywhere, 0.7)]
 
     return replace(effect, forms=forms)
 

@@ -66,6 +66,11 @@ class LastingMode:
     relative: float
     nats: float
 
+    @property
+    def is_large(self) -> bool:
+        """Whether it is more than is beside any motion."""
+        return self.relative > LARGE_MODE
+
 
 @shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ from scruton.envelope.flat_tops import flat_top
 from scruton.envelope.harmonics import third_harmonic
 from scruton.envelope.types import OtherMode
 from scruton.errors import InputError
-from scruton.gap.thresholds import BESIDE_THIRD, BEYOND_PEAKS, DIES_OUT
+from scruton.gap.thresholds import BESIDE_THIRD, BEYOND_PEAKS, DIES_OUT, KEPT_UP_BESIDE_THIRD
 from scruton.infer.cards import ModelCard, load_card
 from scruton.stats.priors import Prior
 
@@ -64,8 +64,8 @@ class GapData:
     remarks : sequence of Remark
         What the records say against what is stated of them.
     modes : sequence of tuple of float
-        Frequencies [Hz] of the modes that a release sets going in any record, used or not, each with that of the
-        response beside it.
+        Frequencies [Hz] of the modes that a release sets going in any record, used or not, or the wind keeps up at no
+        large amplitude, each with that of the response beside it.
     """
 
     campaign: Campaign
@@ -127,6 +127,12 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
     }
     peaks = {test.name for test in peak_tests(campaign, stable)} if stable else set()
     modes = [(mode.frequency, track.reference_frequency) for track in cycles.values() for mode in track.released]
+    modes += [
+        (mode.frequency, track.reference_frequency)
+        for track in cycles.values()
+        for mode in track.lasting
+        if not mode.is_large
+    ]
     data = _assembled(campaign, card, cycles, stable, peaks)
     data = replace(data, remarks=tuple(review(inspection)), modes=tuple(modes))
     others = _between_peaks(data, cycles)
@@ -310,9 +316,10 @@ def _in_wind(
 
 
 def _beside_third(record: Record, cycles: Mapping[str, Cycles]) -> FloatArray:
-    """What a mode near three times the frequency that other records show may hide in the third harmonic of one, (K,).
+    """What a mode near three times the frequency may hide in the third harmonic of a record, (K,).
 
-    So near a harmonic it is found in few of the records whose release sets it going.
+    So near a harmonic it is found in few of the records whose release sets it going; of what the wind keeps up some is
+    left.
     """
     track = cycles[record.name]
     line = 3.0 * track.reference_frequency
@@ -320,11 +327,15 @@ def _beside_third(record: Record, cycles: Mapping[str, Cycles]) -> FloatArray:
     def near(found: Iterable[OtherMode]) -> list[OtherMode]:
         return [mode for mode in found if abs(mode.frequency - line) < BESIDE_THIRD * line]
 
+    largest, margin = float(np.max(track.amplitude)), KEPT_UP_BESIDE_THIRD * line
+    kept_up = (
+        max((mode.relative for mode in track.lasting if abs(mode.frequency - line) < margin), default=0.0) * largest
+    )
     modes = near(mode for other in cycles.values() for mode in other.released)
     if not modes or near(track.released) or record.kind is Kind.STEADY:
-        return np.zeros(track.time.size)
+        return np.full(track.time.size, kept_up)
     rate, size = float(np.median([mode.rate for mode in modes])), max(mode.relative for mode in modes)
-    return np.asarray(size * np.max(track.amplitude) * np.exp(-rate * (track.time - track.time[0])))
+    return np.asarray(np.hypot(kept_up, size * largest * np.exp(-rate * (track.time - track.time[0]))))
 
 
 def _channels(records: list[Record], cycles: Mapping[str, Cycles], knots: FloatArray) -> Channels:

@@ -66,6 +66,7 @@ FURTHER_NATS = 6.0  # by which a further effect may stay behind the generic term
 FURTHER_SHARE = 0.15  # of its gain, added to that
 GROUP_NATS = 4.0  # effects that close are one group
 ALIKE_NATS = 10.0  # likewise, of those that are nearly one thing where records are few
+KEPT_UP_BESIDE_THIRD = 0.1  # likewise, of one that is kept up, with its skirts
 BESIDE_THIRD = 0.03  # of three times the frequency, within which another mode is hard to tell from a third harmonic
 BEYOND_PEAKS = 0.1  # of the peak tests' span of reduced velocities, to which what follows it is foretold beyond them
 # Of ln(Y1) and ln(epsilon), by which a test at another speed may miss what the peak tests let expect there and still

@@ -133,7 +133,7 @@ EFFECTS = (
         "Structural damping that varies with amplitude",
         "amplitude",
         Belongs.RIG,
-        (Term.STRUCTURAL_LINEAR, Term.STRUCTURAL_SQUARE, *_LEVELS),
+        (Term.STRUCTURAL, Term.STRUCTURAL_LINEAR, Term.STRUCTURAL_SQUARE, *_LEVELS),
         DAMPING_RATIO,
         _with_amplitude,
     ),
