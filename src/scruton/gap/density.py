@@ -8,7 +8,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.thresholds import SCATTER_LIKE_OTHERS
-from scruton.stats.fisher_scoring import climb
+from scruton.stats.fisher_scoring import climb, solved
 
 _LOG_2PI = float(np.log(2.0 * np.pi))
 _ITERATIONS = 40
@@ -184,5 +184,5 @@ def parameters_spent(known: NormalPosterior, scored: RecordDensity, covariance: 
     prior = known.covariance[np.ix_(where[free], where[free])]
     cross = fisher[np.ix_(~free, free)]
     inner = fisher[np.ix_(free, free)] + np.linalg.inv(prior)
-    profiled = fisher[np.ix_(~free, ~free)] - cross @ np.linalg.solve(inner, cross.T)
+    profiled = fisher[np.ix_(~free, ~free)] - cross @ solved(inner, cross.T)
     return float(np.sum(profiled * covariance[np.ix_(where[~free], where[~free])]))

@@ -22,7 +22,7 @@ from scruton.gap.meaning import describe_unknown, meaning
 from scruton.gap.results import FORMAT
 from scruton.gap.shrink import shrink
 from scruton.gap.sizes import found_parameters
-from scruton.gap.thresholds import ANY_TEMPERATURE, FLOOR, LEAST, TEMPERATURE, TUNED_ON
+from scruton.gap.thresholds import ANY_TEMPERATURE, FLOOR, LEAST, LOST, TEMPERATURE, TUNED_ON
 from scruton.infer.cards import ModelCard
 from scruton.progress import Progress
 from scruton.provenance import provenance
@@ -68,7 +68,7 @@ def examine(
         "probability_also": _rounded(diagnosis.also),
         "in_its_place": {name: _rounded(probability) for name, probability in diagnosis.beside.items()},
         # before the temperatures: what `challenge tune` sets them by
-        "log_weights": {name: w if np.isfinite(w) else None for name, w in diagnosis.log_weights.items()},
+        "log_weights": _weighed(diagnosis.log_weights),
         "indistinguishable": [list(group) for group in groups],
         "meaning": meaning(diagnosis, design_sc),
         "unknown": describe_unknown(diagnosis, findings),
@@ -93,6 +93,11 @@ def examine(
         ),
     }  # fmt: skip
     return diagnosis, content, findings, curves
+
+
+def _weighed(nats: Mapping[str, float]) -> dict[str, float | None]:
+    """Nats by name, None of what cannot be weighed."""
+    return {name: one if abs(one) < -0.5 * LOST else None for name, one in nats.items()}
 
 
 def _rounded(probability: Mapping[str, float]) -> dict[str, float]:
@@ -169,6 +174,6 @@ def _evidence(diagnosis: Diagnosis, thorough: bool) -> dict[str, Any]:
                 }  # fmt: skip
     gains = {candidate.name: candidate.log_evidence - null.log_evidence for candidate in ranked}
     return {
-        "gain": {k: v if np.isfinite(v) else None for k, v in gains.items()}, "leaders": checked,
+        "gain": _weighed(gains), "leaders": checked,
         "at_other_speeds": dict(diagnosis.at_other_speeds),
     }  # fmt: skip

@@ -22,7 +22,8 @@ from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
 from scruton.dynamics.reading import readings
 from scruton.gap.data import GapData
 from scruton.gap.null_model import NullModel
-from scruton.stats.fisher_scoring import climb
+from scruton.gap.thresholds import LOST
+from scruton.stats.fisher_scoring import climb, inverse
 from scruton.stats.student_t import StudentT
 from scruton.stats.thresholds import WIDEN
 
@@ -311,10 +312,17 @@ class Hypothesis:
         """
         location, scale = self.prior
         logarithmic = self._of_each("log")
+
+        def log_prob(points: FloatArray) -> FloatArray:
+            return np.asarray(sum(self.log_prob(points)))
+
+        first = self.start() if start is None else start.copy()
+        if start is not None and not np.isfinite(log_prob(first[None])[0]):  # the filter lost its way there
+            first = self.start()
         u, (_, _, fisher) = climb(
             self.scores,
-            lambda points: sum(self.log_prob(points)),  # type: ignore[arg-type,return-value]
-            self.start() if start is None else start.copy(),
+            log_prob,
+            first,
             limit=lambda u: np.where(logarithmic, 1.5, 5.0 * scale + np.abs(u - location)),
             iterations=iterations,
         )
@@ -327,7 +335,7 @@ class Hypothesis:
         more than what it is from the posterior there.
         """
         like, prior = (float(x[0]) for x in self.log_prob(u[None]))
-        covariance = np.linalg.inv(fisher)
+        covariance = inverse(fisher, self.prior[1])
         _, logdet = np.linalg.slogdet(fisher)
         evidence = like + self.seen + prior + 0.5 * u.size * _LOG_2PI - 0.5 * float(logdet)
         sd = np.sqrt(np.diag(covariance))
@@ -337,6 +345,8 @@ class Hypothesis:
             pull = np.linalg.solve(covariance[np.ix_(below, below)], -u[below])
             there, prior_there = (float(x[0]) for x in self.log_prob((u + covariance[:, below] @ pull)[None]))
             evidence += min(there + prior_there - 0.5 * float(u[below] @ pull) - (like + prior), 0.0)
+        if not np.isfinite(evidence):  # the filter lost its way, or the records tell nothing that could be weighed
+            evidence = LOST
         return FittedHypothesis(self, u, covariance, like, prior, evidence)
 
     def extended(self, *more: Variant) -> "Hypothesis":

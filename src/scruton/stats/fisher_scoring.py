@@ -56,7 +56,7 @@ def climb[Scores: tuple[Any, ...]](
         value, gradient, information = current[:3]
         ridge = np.diag(np.diag(information))
         dampings = (damping, 10.0 * damping + 0.3, 100.0 * damping + 10.0)
-        steps = [np.linalg.solve(information + m * ridge, gradient) for m in dampings]
+        steps = [solved(information + m * ridge, gradient) for m in dampings]
         if damping == 0.0 and 0.5 * float(gradient @ steps[0]) < tolerance:
             break  # what a full step would gain
         if limit is not None:
@@ -79,3 +79,26 @@ def climb[Scores: tuple[Any, ...]](
         if gain < tolerance:
             break
     return u, current
+
+
+def solved(information: FloatArray, gradient: FloatArray) -> FloatArray:
+    """Newton's step of a gradient, (k,) or (k, m); the shortest one of an information too uneven to be solved for."""
+    try:
+        return np.linalg.solve(information, gradient)
+    except np.linalg.LinAlgError:
+        root = np.sqrt(np.maximum(np.diag(information), np.finfo(float).tiny))
+        scaled = information / root / root[:, None]
+        if not np.isfinite(scaled).all():  # nowhere to go from here
+            return np.zeros_like(gradient)
+        return np.asarray((np.linalg.lstsq(scaled, (gradient.T / root).T, rcond=None)[0].T / root).T)
+
+
+def inverse(information: FloatArray, scale: FloatArray) -> FloatArray:
+    """The covariance of an information; of one that is too uneven what it tells, in units of a prior's scales, (k,)."""
+    try:
+        return np.linalg.inv(information)
+    except np.linalg.LinAlgError:
+        units = scale * scale[:, None]
+        if not np.isfinite(information).all():
+            return np.diag(scale**2)
+        return np.asarray(np.linalg.pinv(information * units, hermitian=True) * units)

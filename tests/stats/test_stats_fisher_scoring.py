@@ -1,0 +1,28 @@
+"""Steps and covariances of an information that is too uneven to be solved for."""
+
+import numpy as np
+import pytest
+
+from scruton.stats.fisher_scoring import inverse, solved
+
+UNEVEN = np.diag([1.0, 4.0, 0.0])
+
+
+def test_a_step_is_newtons_where_there_is_one() -> None:
+    information = np.array([[2.0, 0.5], [0.5, 1.0]])
+    gradient = np.array([1.0, -1.0])
+    assert solved(information, gradient) == pytest.approx(np.linalg.solve(information, gradient))
+    np.testing.assert_array_equal(inverse(information, np.ones(2)), np.linalg.inv(information))
+
+
+def test_a_singular_information_moves_what_it_tells_of() -> None:
+    assert solved(UNEVEN, np.array([1.0, 2.0, 0.0])) == pytest.approx([1.0, 0.5, 0.0])
+    both = np.array([[1.0, 3.0], [2.0, 4.0], [0.0, 0.0]])
+    assert solved(UNEVEN, both) == pytest.approx(np.array([[1.0, 3.0], [0.5, 1.0], [0.0, 0.0]]))
+    assert inverse(UNEVEN, np.array([1.0, 2.0, 3.0])) == pytest.approx(np.diag([1.0, 0.25, 0.0]))
+
+
+def test_what_is_no_number_moves_nothing() -> None:
+    lost = np.array([[np.inf, 0.0], [0.0, 0.0]])
+    assert solved(lost, np.ones(2)) == pytest.approx(np.zeros(2))
+    assert inverse(lost, np.array([1.0, 2.0])) == pytest.approx(np.diag([1.0, 4.0]))
