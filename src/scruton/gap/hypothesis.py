@@ -316,9 +316,8 @@ class Hypothesis:
         def log_prob(points: FloatArray) -> FloatArray:
             return np.asarray(sum(self.log_prob(points)))
 
-        first = self.start() if start is None else start.copy()
-        if start is not None and not np.isfinite(log_prob(first[None])[0]):  # the filter lost its way there
-            first = self.start()
+        # where the filter loses its way nothing leads on
+        first = self.start() if start is None or not np.isfinite(log_prob(start[None])[0]) else start.copy()
         u, (_, _, fisher) = climb(
             self.scores,
             log_prob,
@@ -345,9 +344,7 @@ class Hypothesis:
             pull = np.linalg.solve(covariance[np.ix_(below, below)], -u[below])
             there, prior_there = (float(x[0]) for x in self.log_prob((u + covariance[:, below] @ pull)[None]))
             evidence += min(there + prior_there - 0.5 * float(u[below] @ pull) - (like + prior), 0.0)
-        if not np.isfinite(evidence):  # the filter lost its way, or the records tell nothing that could be weighed
-            evidence = LOST
-        return FittedHypothesis(self, u, covariance, like, prior, evidence)
+        return FittedHypothesis(self, u, covariance, like, prior, evidence if np.isfinite(evidence) else LOST)
 
     def extended(self, *more: Variant) -> "Hypothesis":
         """Add variants."""
