@@ -49,7 +49,7 @@ LINE_NATS = 30.0  # over chance, of a line in the spectrum beside the response
 LINE_SIZE = 0.0015
 # A mode that beats with the response in a free decay: of so many cycles at least, after polynomials of this degree, so
 # near (relative), by so much of the response's amplitude, and so many times the power of what lies as far off on the
-# other side. Of the free decays of 176 simulated and 22 measured sets three were above, all three of two modes.
+# other side. Of the free decays of 176 simulated and 22 measured sets two were above, both of two modes.
 FEWEST_BEATING, SMOOTH_DEGREE, NEAREST, BEAT_SIZE, ONE_SIDED = 24, 5, 0.12, 0.01, 10.0
 # p-value of the variances of the quarters of records in wind, of innovations that a named effect leaves, below which
 # its name is not sure: four of some 230 that were named in three simulators' campaigns were below, and all were wrong.
