@@ -307,6 +307,6 @@ def test_a_step_of_one_size_is_sought_where_it_has_one_sign_at_one_place() -> No
     scores[2, winds[3], 0] = -120.0
     scores[1, winds[4], 0] = 120.0
     prior = np.array([0.3])
-    found = _in_some_alike(variant, scores, curvatures + np.diag(1.0 / prior**2), prior)
+    found = _in_some_alike(variant, scores, curvatures, prior)
     assert np.flatnonzero(found.scope.records).tolist() == winds[[0, 2, 5]].tolist()
     assert [p.size for p in found.parameters] == [1, 1]

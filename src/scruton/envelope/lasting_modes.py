@@ -23,19 +23,7 @@ from scruton.errors import InputError
 def without_lasting_modes(record: Record, cycles: Cycles, again: Callable[[Record], Cycles]) -> tuple[Record, Cycles]:
     """A record without what stands in narrow bands beside its motion, and its cycles, which tell of it.
 
-    Parameters
-    ----------
-    record : Record
-    cycles : Cycles
-        Its demodulation.
-    again : callable
-        Demodulates what is left.
-
-    Returns
-    -------
-    Record, Cycles
-        As they were where there is nothing, where the file holds an amplitude or a filter's band, or where readings
-        stand at the end of a sensor's range.
+    Parameters and results as of `without_other_modes`.
     """
     if record.is_envelope or record.band is not None:
         return record, cycles

@@ -232,7 +232,7 @@ class Screen:
         chosen = np.zeros((len(variant.scope.members), prior.size))
         alike = variant.scope.extent is Extent.SOME_RECORDS and scanned.size == 1
         if alike:
-            variant = _in_some_alike(variant, scores, curvatures + held, prior)
+            variant = _in_some_alike(variant, scores, curvatures, prior)
             named = {p.name: p for p in variant.parameters}
             scanned = named[variant.scan]
         for g in range(scanned.size):
@@ -326,14 +326,15 @@ def _in_some_alike(variant: Variant, scores: FloatArray, curvatures: FloatArray,
     Those come first that gain most by themselves at the place, and with the sign, that gain most together.
     """
     inside, many = np.flatnonzero(variant.scope.records), len(variant.scope.members)
-    alone, step = _gained(scores, curvatures, prior)
+    held = np.diag(1.0 / prior**2)
+    alone, step = _gained(scores, curvatures + held, prior)
     mine = np.where(np.stack([step[..., 0] > 0.0, step[..., 0] <= 0.0]), alone, -np.inf)[:, :, inside]
     side, place = np.unravel_index(np.argmax(np.maximum(mine, 0.0).sum(axis=2)), mine.shape[:2])
     order = inside[np.argsort(-mine[side, place])]
 
     def together(some: np.ndarray) -> float:
-        held = (curvatures[:, some] - np.diag(1.0 / prior**2)).sum(axis=1) + np.diag(1.0 / prior**2)
-        return float(logsumexp(_gained(scores[:, some].sum(axis=1), held, prior)[0])) - float(np.log(len(scores)))
+        gains, _ = _gained(scores[:, some].sum(axis=1), curvatures[:, some].sum(axis=1) + held, prior)
+        return float(logsumexp(gains)) - float(np.log(len(scores)))
 
     return _in_some(variant, np.arange(many), order, together)[0]
 
