@@ -11,7 +11,14 @@ from scruton.campaign import load_campaign
 from scruton.campaign.remarks import Severity
 from scruton.campaign.schema import Kind, Record
 from scruton.envelope.inspection import record_cycles, usable
-from scruton.envelope.other_modes import OTHER_MODE, OtherMode, remark_on, without_other_modes, without_suspected_modes
+from scruton.envelope.other_modes import (
+    OTHER_MODE,
+    OtherMode,
+    Tracked,
+    remark_on,
+    without_other_modes,
+    without_suspected_modes,
+)
 
 RATE, F, LENGTH = 200.0, 5.0, 30.0
 MODE = OtherMode(2.1, 0.25, 0.02 * np.exp(0.7j))
@@ -26,12 +33,22 @@ def record(*modes, steady=0.0, step=1.0 / RATE, jitter=0.0, quantum=0.0, kind=Ki
     return Record("a.csv", Path("a.csv"), kind, t, quantum * np.round(y / quantum) if quantum else y)
 
 
+def again(left):
+    return record_cycles(left, F)
+
+
 def found(one):
     return taken(one)[1].released
 
 
 def taken(one):
-    return without_other_modes(one, record_cycles(one, F), lambda left: record_cycles(left, F))
+    cleared = without_other_modes(Tracked(one, record_cycles(one, F)), again)
+    return cleared.record, cleared.cycles
+
+
+def suspecting(one, suspect):
+    cleared = without_suspected_modes(Tracked(one, record_cycles(one, F)), again, [suspect])
+    return cleared.record, cleared.cycles.released
 
 
 @pytest.mark.parametrize("how", [{}, {"jitter": 0.2}, {"quantum": 2e-3}], ids=["even", "jitter", "rounded"])
@@ -104,13 +121,10 @@ def test_a_mode_so_near_a_harmonic_is_found_where_another_record_shows_it():
     near, suspect = OtherMode(15.1, 0.5, 0.005 + 0j), OtherMode(15.12, 0.4, 0.01 + 0j, relative=0.02)
     one, bare = record(near), record()
     for what, expected in ((one, 1), (bare, 0)):
-        track = record_cycles(what, F)
-        assert taken(what)[1].released == ()
-        _, found = without_suspected_modes(what, track, lambda left: record_cycles(left, F), [suspect])
-        assert len(found.released) == expected
-    track = record_cycles(one, F)
-    left, found = without_suspected_modes(one, track, lambda left: record_cycles(left, F), [suspect])
-    assert found.released[0].frequency == pytest.approx(15.1, abs=0.01)
+        assert found(what) == ()
+        assert len(suspecting(what, suspect)[1]) == expected
+    left, released = suspecting(one, suspect)
+    assert released[0].frequency == pytest.approx(15.1, abs=0.01)
     assert np.std(left.response - bare.response) < 0.1 * np.std(one.response - bare.response)
 
 
@@ -119,7 +133,4 @@ def test_a_third_harmonic_is_no_mode_of_another_record(frequency):
     """Of a sensor that saturates, it dies away with the motion."""
     one = record()
     one = replace(one, response=np.tanh(one.response))
-    track = record_cycles(one, F)
-    suspect = OtherMode(frequency, 0.2, 0.01 + 0j, relative=0.02)
-    _, found = without_suspected_modes(one, track, lambda left: record_cycles(left, F), [suspect])
-    assert found.released == ()
+    assert suspecting(one, OtherMode(frequency, 0.2, 0.01 + 0j, relative=0.02))[1] == ()

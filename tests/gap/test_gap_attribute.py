@@ -231,7 +231,7 @@ def test_what_explains_next_to_nothing_holds_no_unknown_back(
         for name, gain in (("wind_speed_drift", named), (UNKNOWN_NAME, 60.0))
     }
     monkeypatch.setattr(diagnosis, "predicts_better", lambda *_, **__: True)
-    weights, _, top = _judged(null, [Place(null, by)], (), {}, {}, 0.5, 1)
+    weights, _, top = _judged(null, [Place(null, by)], (), (), {}, {}, 0.5, 1)
     assert (weights[UNKNOWN_NAME] < named) is held_back
     assert (top == UNKNOWN_NAME) is not held_back
 

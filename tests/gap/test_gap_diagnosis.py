@@ -153,7 +153,7 @@ def test_a_record_whose_clock_is_wrong_is_told_by_the_others_of_its_test(clean, 
     found = diagnose(replace(campaign, tests=(hurried_test, *rest)))
     assert found.verdict == verdict
     if verdict == "unknown":
-        findings = clock_findings(found.data)
+        findings = clock_findings(found.clocks, found.data)
         assert [one.record for one in findings] == [name]
         assert findings[0].excess == pytest.approx(off, abs=2e-3)
         assert "a clock that is wrong" in describe_unknown(found, findings)["text"]

@@ -11,13 +11,12 @@ from scruton.calibrate.challenge.case import simulate_case
 from scruton.dynamics.effects import CATALOGUE
 from scruton.dynamics.limit_cycle import amplitude_rates
 from scruton.gap.data import load_gap
-from scruton.gap.diagnosis import Diagnosis, _in_lines_and_clocks, diagnose, fit_null
+from scruton.gap.diagnosis import Diagnosis, diagnose, fit_null, unexplained_lines
 from scruton.gap.finding import Z90, Finding
 from scruton.gap.lines import SecondLine
 from scruton.gap.locate import locate, merged, scope_findings
 from scruton.gap.locate_curves import DECAY, GROWTH, STILL, Curve, curve_findings, excess_curves
 from scruton.gap.locate_records import CONTRASTS, _bursts, _colour, _tails, line_findings, wave_findings
-from scruton.gap.thresholds import LINE_NATS
 
 QUANTITIES = {"damping", "frequency", "scatter", "spectrum", "branch", "test", "signal"}
 
@@ -155,8 +154,9 @@ def test_a_line_far_from_the_response_is_no_force_off_it(friction: tuple[Diagnos
     record = data.layout.records[int(np.flatnonzero(data.layout.wind)[0])]
     frequency = data.cycles[record].reference_frequency
     near, far = (SecondLine(record, ratio * frequency, 0.001, 80.0) for ratio in (1.1, 1.4))
-    assert _in_lines_and_clocks([near], forced, data) == 0.0
-    assert _in_lines_and_clocks([near], [], data) == _in_lines_and_clocks([far], forced, data) == 80.0 - LINE_NATS
+    assert unexplained_lines([near], forced, data) == []
+    assert unexplained_lines([near], [], data) == [near]
+    assert unexplained_lines([far], forced, data) == [far]
 
 
 def test_flat_tops_are_seen_at_the_largest_amplitudes(friction: tuple[Diagnosis, list[int]]) -> None:

@@ -13,7 +13,7 @@ from scruton.envelope.clipping import CLIPPED, unclipped
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.lasting_modes import remark_on_lasting, without_lasting_modes
 from scruton.envelope.natural_frequency import retuned
-from scruton.envelope.other_modes import remark_on, without_other_modes, without_suspected_modes
+from scruton.envelope.other_modes import Tracked, remark_on, without_other_modes, without_suspected_modes
 from scruton.envelope.quality import RecordQuality, assess
 from scruton.envelope.ringdown import RingDown, ring_down
 from scruton.envelope.stillness import LeftOut, moving, unspoiled, without_samples
@@ -136,14 +136,7 @@ def usable(
     if tuned is not campaign:
         before = cycles
         campaign, cycles = _sifted(tuned, source, strict, plucks)
-        cycles = {
-            name: replace(
-                one,
-                released=(*before[name].released, *one.released),
-                lasting=(*before[name].lasting, *one.lasting),
-            )
-            for name, one in cycles.items()
-        }
+        cycles = {name: one.also_without(before[name].released, before[name].lasting) for name, one in cycles.items()}
     return _from_there(campaign, cycles, source, (_pushed,) if clipped else (_pushed, _fallen))
 
 
@@ -201,23 +194,18 @@ def _from_there(
 
     rest = without_samples(campaign, left_out)
     cut = {remark.name for remark in rest.remarks[len(campaign.remarks) :]}
-    again = {
-        record.name: replace(
-            record_cycles(record, rig.frequency.mean, source),
-            released=cycles[record.name].released,
-            lasting=cycles[record.name].lasting,
-        )
-        for record, rig, _ in rest.records()
-        if record.name in cut
-    }
-    return rest, {**cycles, **again}
+    known = dict(cycles)
+    for record, rig, _ in rest.records():
+        if record.name in cut:
+            before, now = cycles[record.name], record_cycles(record, rig.frequency.mean, source)
+            known[record.name] = now.also_without(before.released, before.lasting)
+    return rest, known
 
 
 def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tuple[Campaign, dict[str, Cycles]]:
     """What `usable` gives of the records as they are."""
-    cycles: dict[str, Cycles] = {}
+    told: dict[str, Tracked] = {}
     failures: dict[str, InputError] = {}
-    cleared: dict[str, Record] = {}
     modes: list[Remark] = []
     clipped = {remark.name for remark in campaign.remarks if remark.kind == CLIPPED}
 
@@ -231,30 +219,26 @@ def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tupl
                 _check_ring_down(record, track)
             if test is not None:
                 check_vibrates(record, track, campaign.section.amplitude_unit)
-            left, track = without_lasting_modes(*without_other_modes(record, track, again(rig)), again(rig))
-            if left is not record:
-                cleared[record.name] = left
-            cycles[record.name] = track
+            cleared = without_other_modes(Tracked(record, track), again(rig))
+            told[record.name] = without_lasting_modes(cleared, again(rig))
         except InputError as error:
             found = error.found + (" beside the cycles that are clipped" if record.name in clipped else "")
             failures[record.name] = InputError(error.file, error.field, found, error.wanted)
-    if not failures and not cleared:
-        return campaign, cycles
-    suspected = [mode for track in cycles.values() for mode in track.released]
+    suspected = [mode for one in told.values() for mode in one.cycles.released]
     for record, rig, _ in campaign.records():
-        if record.name not in cycles:
+        if record.name not in told:
             continue
-        before = cycles[record.name]
-        left, track = without_suspected_modes(cleared.get(record.name, record), before, again(rig), suspected)
-        if track is not before:
-            cleared[record.name], cycles[record.name] = left, track
-        if track.released:
-            modes.append(remark_on(record, track.released))
-        if track.lasting:
-            modes.append(remark_on_lasting(record, track))
+        one = told[record.name] = without_suspected_modes(told[record.name], again(rig), suspected)
+        if one.cycles.released:
+            modes.append(remark_on(record, one.cycles.released))
+        if one.cycles.lasting:
+            modes.append(remark_on_lasting(record, one.cycles))
+    cycles = {name: one.cycles for name, one in told.items()}
+    if not failures and all(told[record.name].record is record for record, _, _ in campaign.records()):
+        return campaign, cycles
 
     def kept(records: tuple[Record, ...]) -> tuple[Record, ...]:
-        return tuple(cleared.get(record.name, record) for record in records if record.name in cycles)
+        return tuple(told[record.name].record for record in records if record.name in told)
 
     rigs = tuple(replace(rig, records=kept(rig.records)) for rig in campaign.rigs)
     bare = [

@@ -12,38 +12,34 @@ import numpy as np
 from scruton.arrays import BoolArray, FloatArray
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Record
-from scruton.envelope.flat_tops import cut_off_sides
 from scruton.envelope.lines import MAINS_WANDER, mains_seen
-from scruton.envelope.other_modes import OTHER_MODE, by_chance, rest_of
+from scruton.envelope.other_modes import OTHER_MODE, Tracked, by_chance
 from scruton.envelope.thresholds import LASTING_APART, LASTING_NATS, LASTING_SIZES, LASTING_WIDTH, MODES
 from scruton.envelope.types import Cycles, LastingMode
 from scruton.errors import InputError
 
 
-def without_lasting_modes(record: Record, cycles: Cycles, again: Callable[[Record], Cycles]) -> tuple[Record, Cycles]:
+def without_lasting_modes(tracked: Tracked, again: Callable[[Record], Cycles]) -> Tracked:
     """A record without what stands in narrow bands beside its motion, and its cycles, which tell of it.
 
     Parameters and results as of `without_other_modes`.
     """
-    if record.is_envelope or record.band is not None:
-        return record, cycles
-    found, parts = lasting_modes(record, cycles)
-    if not parts or cut_off_sides(record.time, record.response, cycles.reference_frequency):
-        return record, cycles
-    left = replace(record, response=record.response - np.sum(parts, axis=0))
+    found, parts = lasting_modes(tracked) if tracked.tells_modes else ([], [])
+    if not parts or tracked.is_cut_off:
+        return tracked
     try:
-        told = again(left)
-    except InputError:  # without them nothing moves: they were the motion
-        return record, cycles
-    return left, replace(told, released=cycles.released, lasting=tuple(found))
+        left = tracked.less(parts, again)
+    except InputError:
+        return tracked
+    return replace(left, cycles=left.cycles.also_without(lasting=found))
 
 
-def lasting_modes(record: Record, cycles: Cycles) -> tuple[list[LastingMode], list[FloatArray]]:
+def lasting_modes(tracked: Tracked) -> tuple[list[LastingMode], list[FloatArray]]:
     """The narrow bands beside the motion in a record, strongest first, and the parts of it, (N,) each, that they are.
 
     The hum of the mains is a part, and no mode.
     """
-    now = rest_of(record, cycles)
+    now, record, cycles = tracked.rest, tracked.record, tracked.cycles
     if now is None:
         return [], []
     motion = float(np.max(cycles.smoothed()))

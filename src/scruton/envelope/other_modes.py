@@ -53,80 +53,107 @@ _DRIFT = 5  # order of the polynomial that an offset wanders by
 _PROMISES = 0.2  # of MODE_NATS: with what a damped line has of its own on either side counted as noise
 
 
-def without_other_modes(record: Record, cycles: Cycles, again: Callable[[Record], Cycles]) -> tuple[Record, Cycles]:
+@dataclass(frozen=True, eq=False)
+class Tracked:
+    """A record and its demodulation."""
+
+    record: Record
+    cycles: Cycles
+
+    @cached_property
+    def rest(self) -> "Rest | None":
+        """What the record holds beside its motion; None of one that is too short."""
+        return rest_of(self.record, self.cycles)
+
+    @property
+    def tells_modes(self) -> bool:
+        """Whether other modes show in it: none in an amplitude, nor in what a filter has left of a motion."""
+        return not self.record.is_envelope and self.record.band is None
+
+    @property
+    def is_cut_off(self) -> bool:
+        """Whether readings stand at the end of a sensor's range: less a vibration they would no longer stand there."""
+        return bool(cut_off_sides(self.record.time, self.record.response, self.cycles.reference_frequency))
+
+    def less(self, parts: Sequence[FloatArray], again: Callable[[Record], Cycles]) -> "Tracked":
+        """The record without parts of it, (N,) each, demodulated again.
+
+        Raises
+        ------
+        InputError
+            If without them nothing moves: they were the motion.
+        """
+        left = replace(self.record, response=self.record.response - np.sum(parts, axis=0))
+        return Tracked(left, again(left).also_without(self.cycles.released, self.cycles.lasting))
+
+
+def without_other_modes(tracked: Tracked, again: Callable[[Record], Cycles]) -> Tracked:
     """A record without the free vibrations beside its motion, and its cycles, which tell them.
 
     Parameters
     ----------
-    record : Record
-    cycles : Cycles
-        Its demodulation.
+    tracked : Tracked
     again : callable
         Demodulates what is left.
 
     Returns
     -------
-    Record, Cycles
-        As they were where there are none, where the file holds an amplitude or a filter's band, or where readings stand
-        at the end of a sensor's range: less a vibration they would no longer stand there.
+    Tracked
+        As it was where there are none, or none can be told or taken out.
     """
-    left, told, known = record, cycles, tuple[OtherMode, ...]()
-    if record.is_envelope or record.band is not None:
-        return record, cycles
-    for _ in range(_ROUNDS):
-        modes = other_modes(left, told)
-        if not modes:
+    now = tracked
+    for _ in range(_ROUNDS if tracked.tells_modes else 0):
+        modes = other_modes(now)
+        if not modes or (now is tracked and now.is_cut_off):
             break
-        if not known and cut_off_sides(record.time, record.response, cycles.reference_frequency):
-            return record, cycles
-        less = replace(left, response=left.response - np.sum([mode.motion(left.time) for mode in modes], axis=0))
         try:
-            told = again(less)
-        except InputError:  # without them nothing moves: they were the motion
+            left = now.less([mode.motion(now.record.time) for mode in modes], again)
+        except InputError:
             break
-        left = less
-        # what is left of one that was taken out already is none of its own
-        known += tuple(one for one in modes if all(abs(one.frequency / k.frequency - 1.0) > _SAME for k in known))
-    return left, replace(told, released=known)
+        # What is left of one that was taken out already is none of its own.
+        told = [
+            one for one in modes if all(abs(one.frequency / k.frequency - 1.0) > _SAME for k in left.cycles.released)
+        ]
+        now = replace(left, cycles=left.cycles.also_without(told))
+    return now
 
 
 def without_suspected_modes(
-    record: Record, cycles: Cycles, again: Callable[[Record], Cycles], suspected: Sequence[OtherMode]
-) -> tuple[Record, Cycles]:
+    tracked: Tracked, again: Callable[[Record], Cycles], suspected: Sequence[OtherMode]
+) -> Tracked:
     """The same, of free vibrations that other records show, where they lie so near a harmonic that none is looked for.
 
     A harmonic of the motion dies away with it, and is no mode by itself; but a mode that is known to be there is one.
     """
-    if record.is_envelope or record.band is not None or record.kind is Kind.STEADY:
-        return record, cycles
+    record, cycles = tracked.record, tracked.cycles
+    if not tracked.tells_modes or record.kind is Kind.STEADY:
+        return tracked
     nearest = [round(mode.frequency / cycles.reference_frequency) * cycles.reference_frequency for mode in suspected]
     near = [
         mode for mode, line in zip(suspected, nearest, strict=True)
         if abs(mode.frequency - line) < _NEAR * mode.frequency
         and all(abs(mode.frequency / one.frequency - 1.0) > _SAME for one in cycles.released)
     ]  # fmt: skip
-    if not near or cut_off_sides(record.time, record.response, cycles.reference_frequency):
-        return record, cycles
-    rest, motion = rest_of(record, cycles), float(np.max(cycles.smoothed()))
-    if rest is None:
-        return record, cycles
+    if not near or tracked.is_cut_off or tracked.rest is None:
+        return tracked
+    motion = float(np.max(cycles.smoothed()))
     for suspect in near:
-        mode = rest.as_suspected(suspect)
+        mode = tracked.rest.as_suspected(suspect)
         size = abs(mode.amplitude) / motion if mode else 0.0
         if mode is None or size > MODE_SIZES[1]:
             continue
         mode = replace(mode, since=cycles.begin, relative=size)
-        left = replace(record, response=record.response - mode.motion(record.time))
-        return left, replace(again(left), released=(*cycles.released, mode), lasting=cycles.lasting)
-    return record, cycles
+        left = tracked.less([mode.motion(record.time)], again)
+        return replace(left, cycles=left.cycles.also_without([mode]))
+    return tracked
 
 
-def other_modes(record: Record, cycles: Cycles) -> tuple[OtherMode, ...]:
-    """Find the free vibrations beside the motion in a record, given its demodulation, largest first.
+def other_modes(tracked: Tracked) -> tuple[OtherMode, ...]:
+    """Find the free vibrations beside the motion in a record, largest first.
 
     The smaller ones beside a large one have to wait until it is gone: it moves the amplitude of every cycle, too.
     """
-    now = rest_of(record, cycles)
+    now, cycles = tracked.rest, tracked.cycles
     if now is None:
         return ()
     motion = float(np.max(cycles.smoothed()))

@@ -1,5 +1,6 @@
 """What the envelope room hands on: arrays with their meaning, frozen."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -136,6 +137,10 @@ class Cycles:
     def settled_amplitude(self) -> float:
         """Mean amplitude of the last fifth."""
         return float(self.amplitude[-max(5, self.amplitude.size // 5) :].mean())
+
+    def also_without(self, released: Sequence[OtherMode] = (), lasting: Sequence[LastingMode] = ()) -> "Cycles":
+        """These cycles, of a record that these modes were taken out of, too."""
+        return replace(self, released=(*self.released, *released), lasting=(*self.lasting, *lasting))
 
     def part(self, keep: slice) -> "Cycles":
         """These cycles alone."""

@@ -11,7 +11,6 @@ from scruton.dynamics.effects.aerodynamic import SAME_SPEED
 from scruton.dynamics.effects.effect import Variant
 from scruton.dynamics.reading import readings
 from scruton.gap import thresholds
-from scruton.gap.clocks import wrong_clocks
 from scruton.gap.data import GapData
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.further_record import FurtherRecord, separation
@@ -264,7 +263,7 @@ def _again(diagnosis: Diagnosis) -> list[str]:
         "section or the rig, if not to that run; a longer lock-in record, or a second one at another turbulence, would "
         "tell what comes and goes from what depends on the amplitude"
     )
-    lines, clocks = strange_lines(diagnosis), wrong_clocks(diagnosis.data)
+    lines, clocks = strange_lines(diagnosis), diagnosis.clocks
     known = known_by_lines(diagnosis) or known_by_clocks(diagnosis)
     return [
         *([] if known else [again]),

@@ -42,7 +42,7 @@ class WrongClock:
         return f"{self.record} swings {100.0 * self.off:+.2g} % off {self.other} at the same amplitudes"
 
 
-def wrong_clocks(data: GapData) -> list[WrongClock]:
+def wrong_clocks(data: GapData) -> tuple[WrongClock, ...]:
     """The record that is most out of step in every test, and in every rig in still air, beyond chance; worst first."""
     layout, found = data.layout, []
     together = defaultdict(list)
@@ -61,7 +61,7 @@ def wrong_clocks(data: GapData) -> list[WrongClock]:
             worst = WrongClock(worst.other, worst.record, 1.0 / (1.0 + worst.off) - 1.0, worst.sd)
         if worst.nats > LINE_NATS:
             found.append(worst)
-    return sorted(found, key=lambda one: -one.nats)
+    return tuple(sorted(found, key=lambda one: -one.nats))
 
 
 def _pairs(data: GapData, records: list[str]) -> Iterator[WrongClock]:

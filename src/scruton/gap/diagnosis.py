@@ -12,7 +12,7 @@ from scruton.dynamics.effects.terms import Belongs, Term
 from scruton.gap import thresholds
 from scruton.gap.attribute import Candidate, weigh
 from scruton.gap.check import Check, check
-from scruton.gap.clocks import wrong_clocks
+from scruton.gap.clocks import WrongClock, wrong_clocks
 from scruton.gap.data import GapData, load_gap
 from scruton.gap.held_out import predicts_better
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
@@ -72,6 +72,7 @@ class Diagnosis:
         effect found, tests at other speeds of the rigs read, too; empty where there are none.
     base : FittedHypothesis or None
         With the further effects alone, which the first one stands beside; None is the null model.
+    clocks : tuple of WrongClock
     """
 
     data: GapData
@@ -89,6 +90,7 @@ class Diagnosis:
     places: Mapping[str, Place] = field(default_factory=dict)
     at_other_speeds: Mapping[str, float] = field(default_factory=dict)
     base: FittedHypothesis | None = None
+    clocks: tuple[WrongClock, ...] = ()
 
     @property
     def verdict(self) -> str:
@@ -164,7 +166,7 @@ def diagnose_data(
     tell("null model", 0.0)
     data, null = fit_null(data)
     lines = second_lines(campaign, data.cycles, data.modes)
-    lasting = [line for line in lines if not line.dies]
+    lasting, clocks = [line for line in lines if not line.dies], wrong_clocks(data)
     tell("single effects", 0.1)
     everything = (*CATALOGUE.values(), catalogue.UNKNOWN)
     effects = tuple(effect for effect in everything if prior.get(effect.name, 1.0) > 0.0)
@@ -182,18 +184,18 @@ def diagnose_data(
     # What stands beside an effect that is none after all is a verdict of its own.
     for places in (found, [Place(null, singles)]):
         places = [replace(one, told=weighed_at_other_speeds(one, effects, workers=workers)) for one in places]
-        gains, probability, top = _judged(null, places, lasting, checks, prior, prior_none, workers)
+        gains, probability, top = _judged(null, places, lasting, clocks, checks, prior, prior_none, workers)
         reported = places
         if top == UNKNOWN and len(places) > 1:
             reported = beside_unknown(null, places, singles, effects, probable=probable, workers=workers, progress=tell)
             if len(reported) < len(places):  # what is weighed is what is reported
                 alone = {UNKNOWN: reported[0].candidates[UNKNOWN]}
                 places = [replace(places[0], candidates={**places[0].candidates, **alone}), *places[1:]]
-                gains, probability, top = _judged(null, places, lasting, checks, prior, prior_none, workers)
+                gains, probability, top = _judged(null, places, lasting, clocks, checks, prior, prior_none, workers)
         if top != NONE or len(places) == 1:
             break
     if top == NONE and len(lasting) < len(lines):  # nothing else is wrong: the other mode is what the model lacks
-        gains, probability, top = _judged(null, places, lines, checks, prior, prior_none, workers)
+        gains, probability, top = _judged(null, places, lines, clocks, checks, prior, prior_none, workers)
         reported = places
     first, *others = reported if top == UNKNOWN else places if top != NONE else [Place(null, singles)]
     final = first.candidates[top].best if top != NONE else null
@@ -222,6 +224,7 @@ def diagnose_data(
         further,
         places[0].told,
         first.base,
+        clocks,
     )
 
 
@@ -243,6 +246,7 @@ def _judged(
     null: FittedHypothesis,
     places: Sequence[Place],
     lines: Sequence[SecondLine],
+    clocks: Sequence[WrongClock],
     checks: dict[str, Check],
     prior: Mapping[str, float],
     prior_none: float,
@@ -256,7 +260,9 @@ def _judged(
     # Forms differ a little: what is left is measured by what was explained, at the noise that is left.
     explained = max(gains[best.name], 0.0, _explained(null, leader)) if leader is not base else 0.0
     names = tuple(place.best.name for place in places if place.best.log_evidence > place.base.log_evidence)
-    line = _in_lines_and_clocks(lines, names, null.hypothesis.data)
+    unexplained = unexplained_lines(lines, names, null.hypothesis.data)
+    seen = [*(one.ratio for one in unexplained), *(clock.nats for clock in clocks)]
+    line = sum(seen) - thresholds.LINE_NATS * len(seen)
     allowed = thresholds.ALLOWED_EXCESS + thresholds.ALLOWED_SHARE * explained
     # What strikes now and then has no form that might be off: a model explains none of its misfit by being wide there.
     struck = mark.knocks - thresholds.ALLOWED_EXCESS - thresholds.ALLOWED_SHARE * max(gains[best.name], 0.0)
@@ -279,7 +285,7 @@ def _judged(
         if rival and refuted and null.hypothesis.data.layout.wind.any():
             gains[UNKNOWN] = max(gains[UNKNOWN], gains[best.name] - thresholds.UNEARNED_NATS)
         # What beats with the response in still air, too, is no shedding, however well its equation follows.
-        if rival and CATALOGUE[best.name].channel == "spectrum" and _beats_in_still_air(lines, names, leader):
+        if rival and CATALOGUE[best.name].channel == "spectrum" and _beats_in_still_air(unexplained, leader):
             gains[UNKNOWN] = max(gains[UNKNOWN], gains[best.name] + thresholds.LINE_NATS)
     gains[NONE] = 0.0
     probability = probabilities(gains, prior, prior_none)
@@ -316,12 +322,6 @@ def _explained(base: FittedHypothesis, leader: FittedHypothesis) -> float:
     return 0.5 * (chi[0] - chi[1])
 
 
-def _in_lines_and_clocks(lines: Sequence[SecondLine], names: Sequence[str], data: GapData) -> float:
-    """Nats in lines beside the response, and in wrong clocks, that none of the effects that are named brings."""
-    nats = [*(line.ratio for line in unexplained_lines(lines, names, data)), *(one.nats for one in wrong_clocks(data))]
-    return sum(nats) - thresholds.LINE_NATS * len(nats)
-
-
 def unexplained_lines(lines: Sequence[SecondLine], names: Sequence[str], data: GapData) -> list[SecondLine]:
     """Lines beside the response, beyond chance, that none of the effects that are named brings; strongest first."""
     still = {name for name, wind in zip(data.layout.records, data.layout.wind, strict=True) if not wind}
@@ -332,14 +332,11 @@ def unexplained_lines(lines: Sequence[SecondLine], names: Sequence[str], data: G
     return [line for line in strong if not forced or line.record in still or _far_off(line, data)]
 
 
-def _beats_in_still_air(lines: Sequence[SecondLine], names: Sequence[str], forced: FittedHypothesis) -> bool:
+def _beats_in_still_air(unexplained: Sequence[SecondLine], forced: FittedHypothesis) -> bool:
     """Whether a line stands in still air where a force off the response is found in the wind."""
     data, rates = forced.hypothesis.data, forced.table[:, Term.FORCE_RATE]
     detuning = (rates / data.layout.omega)[rates != 0.0]
-    return any(
-        bool(np.any(np.abs(detuning - _off(line, data)) < thresholds.SAME_LINE))
-        for line in unexplained_lines(lines, names, data)
-    )
+    return any(bool(np.any(np.abs(detuning - _off(line, data)) < thresholds.SAME_LINE)) for line in unexplained)
 
 
 def _off(line: SecondLine, data: GapData) -> float:

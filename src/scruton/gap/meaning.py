@@ -12,7 +12,7 @@ from scruton.dynamics.effects.terms import HATS, Belongs, Term
 from scruton.gap.attribute import best_of
 from scruton.gap.bands import discrepancy_of_the_unknown
 from scruton.gap.check import knocked
-from scruton.gap.clocks import WrongClock, wrong_clocks
+from scruton.gap.clocks import WrongClock
 from scruton.gap.data import GapData
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis, unexplained_lines
 from scruton.gap.finding import Finding, amplitudes_of
@@ -138,9 +138,9 @@ def known_by_lines(diagnosis: Diagnosis) -> list[SecondLine]:
     return [] if _generic_says(diagnosis) else strange_lines(diagnosis)
 
 
-def known_by_clocks(diagnosis: Diagnosis) -> list[WrongClock]:
+def known_by_clocks(diagnosis: Diagnosis) -> tuple[WrongClock, ...]:
     """Clocks that are wrong, likewise."""
-    return [] if _generic_says(diagnosis) else wrong_clocks(diagnosis.data)
+    return () if _generic_says(diagnosis) else diagnosis.clocks
 
 
 def _generic_says(diagnosis: Diagnosis) -> bool:
@@ -196,7 +196,7 @@ def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[
     if diagnosis.verdict != UNKNOWN:
         return {}
     data, layout = diagnosis.data, diagnosis.data.layout
-    lines, by_lines, clocks = strange_lines(diagnosis), known_by_lines(diagnosis), wrong_clocks(data)
+    lines, by_lines, clocks = strange_lines(diagnosis), known_by_lines(diagnosis), diagnosis.clocks
     p, unit = diagnosis.checks[NONE].colour, data.campaign.section.motion.amplitude_text
     coloured = None if np.isnan(p) else bool(p < COLOURED)
     if by_lines:
