@@ -392,3 +392,12 @@ def test_a_growth_out_of_the_noise_is_not_held(rate):
     knocked = np.where(time < 0.25, 3e-3 * np.sin(2.0 * np.pi * 4.0 * time), rests)  # something shows while it is held
     gone = before_release(Record("g", Path("g"), Kind.GROWTH, time, knocked + noise), 4.0)
     assert 0.9 < time[~gone][0] < 1.5
+
+
+def test_a_model_is_held_under_a_noise_that_is_filtered():
+    """It makes more of an amplitude than its scatter within a cycle tells, and the search ended amid it."""
+    time = np.arange(0.0, 60.0, 0.02)
+    noise = np.convolve(2e-4 * np.random.default_rng(2).standard_normal(time.size), np.ones(8) / 8.0, mode="same")
+    motion = np.where(time < 3.0, 0.0, 0.05 * -np.expm1(-0.2 * (time - 3.0))) * np.sin(2.0 * np.pi * 4.0 * time)
+    gone = before_release(Record("g", Path("g"), Kind.GROWTH, time, motion + noise), 4.0)
+    assert 3.0 < time[~gone][0] < 3.2

@@ -13,7 +13,7 @@ from scruton.calibrate.challenge.case import simulate_case
 from scruton.campaign.schema import Campaign
 from scruton.dynamics.effect_drift import effect_drift
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Term
-from scruton.dynamics.effects.effect import FREQUENCY, Extent, Parameter, size_prior
+from scruton.dynamics.effects.effect import FREQUENCY, REPEATED, Extent, Parameter, size_prior
 from scruton.dynamics.limit_cycle import limit_cycle_amplitude
 from scruton.gap import attribute, diagnosis
 from scruton.gap.attribute import Candidate, log_noticeable, weigh
@@ -205,6 +205,26 @@ def test_a_force_is_noticed_by_its_size_and_not_by_where_it_beats() -> None:
     hypothesis = SimpleNamespace(variants=[variant], data=SimpleNamespace(layout=layout))
     value = lambda name, _: (np.array([0.05 if name == "detuning" else 1e-3]), np.array([1e-4]))  # noqa: E731
     assert log_noticeable(SimpleNamespace(hypothesis=hypothesis, value=value)) < -5.0  # type: ignore[arg-type]
+
+
+def test_the_only_record_of_a_rig_tells_nothing_of_what_differs_between_records() -> None:
+    """It is off the mean of its rig, itself, by nothing for certain, which counted as something told."""
+    layout = SimpleNamespace(rig=np.array([0, 0, 1]))
+    size = size_prior("size", np.arange(3), unit=REPEATED)
+
+    def gained(sds: list[float], mode: list[float]) -> float:
+        hypothesis = SimpleNamespace(
+            variants=[SimpleNamespace(parameters=(size,), scan="")],
+            data=SimpleNamespace(layout=layout),
+            slices={(0, "size"): slice(0, 3)},
+        )
+        value = lambda *_: (np.array(mode), np.array(sds))  # noqa: E731
+        fit = SimpleNamespace(hypothesis=hypothesis, value=value, covariance=np.diag(np.square(sds)))
+        return log_noticeable(fit)  # type: ignore[arg-type]
+
+    with np.errstate(all="raise"):
+        alike, alone = gained([0.01, 0.01, 0.01], [1e-3, -1e-3, 0.3]), gained([0.01, 0.01, 9.0], [1e-3, -1e-3, 0.0])
+    assert alike == alone < -1.0
 
 
 def test_the_likelihood_has_a_slope_in_the_moment_of_a_jump() -> None:

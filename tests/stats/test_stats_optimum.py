@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import minimize
 
 from scruton.infer.alike import of_each
-from scruton.stats.optimum import FLAT, climb_side_by_side, find_optima, find_optimum
+from scruton.stats.optimum import FLAT, ImpossibleError, climb_side_by_side, find_optima, find_optimum
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
 
@@ -70,6 +70,17 @@ class Peaks(Posterior):
         return np.logaddexp.reduce(
             [height - 2.0 * ((u - one) ** 2).sum(1) for one, height in zip(at, (0.0, -1.0, -12.0), strict=True)]
         )
+
+
+def test_a_search_whose_ends_are_impossible_is_one_without_a_start():
+    """A filter that all but loses its way lost it at other numbers of points side by side: NaN led on from there."""
+
+    class Edge(Valley):
+        def log_likelihood(self, u):
+            return super().log_likelihood(u) if len(u) > 100 else np.full(len(u), -np.inf)
+
+    with pytest.raises(ImpossibleError, match="no point of the prior has a finite likelihood"):
+        find_optimum(Edge(), np.random.default_rng(1))
 
 
 @pytest.mark.parametrize("seed", range(5))

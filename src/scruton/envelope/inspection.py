@@ -155,9 +155,10 @@ def _fallen(cycles: Envelopes, record: Record) -> LeftOut | None:
     lowest = int(np.argmin(track.amplitude))
     if not 0 < lowest < track.amplitude.size // 2:
         return None
-    part = float(track.amplitude[lowest] / track.amplitude[0])
-    if part >= FALLS:
+    low, first = max(float(track.amplitude[lowest]), 0.0), float(track.amplitude[0])  # less noise, they may be negative
+    if not low < FALLS * first:
         return None
+    part = low / first
     alike = "falls to {} of its first amplitude before it grows, and is used from there on"
     told = f"{alike.format(f'{part:.0%}')} (a body released out of step with its wake)."
     gone = record.time < track.part(slice(lowest, None)).begin

@@ -13,6 +13,7 @@ from scruton.envelope.thresholds import (
     AT_ONCE,
     AT_REST,
     AT_REST_OF_A_DECAY,
+    FEWEST_AT_REST,
     FEWEST_IN_A_CYCLE,
     HELD,
     LACKS,
@@ -155,6 +156,7 @@ def before_release(record: Record, frequency: float) -> BoolArray:
         return held
     whole = record.response[: count * cycle].reshape(count, cycle)
     amplitude, error = _amplitudes(whole, frequency * (record.time[-1] - record.time[0]) / (record.time.size - 1))
+    error = max(error, _at_rest(amplitude))
     rest = AT_REST * error if record.kind is Kind.GROWTH else max(AT_REST * error, AT_REST_OF_A_DECAY * amplitude.max())
     # the last cycle at rest before it clearly moves: hum and drifts show in single ones before
     first = int(np.argmax(amplitude > AT_ONCE / AT_REST * rest))
@@ -181,6 +183,16 @@ def before_release(record: Record, frequency: float) -> BoolArray:
         moved = np.abs(record.response[begin:] - quiet.mean()) > max(np.ptp(quiet), MOVED * after[0])
         held[: begin + int(np.argmax(moved))] = True
     return held
+
+
+def _at_rest(amplitude: FloatArray) -> float:
+    """What hum and the floor leave of an amplitude, (K,), in the cycles before it jumps far above them all; 0 of none.
+
+    The scatter of the samples within a cycle does not tell it.
+    """
+    highest = np.maximum.accumulate(amplitude)
+    jumps = np.flatnonzero(amplitude[FEWEST_AT_REST + 1 :] > AT_ONCE * highest[FEWEST_AT_REST - 1 : -2])
+    return float(np.median(amplitude[: jumps[0] + FEWEST_AT_REST])) if jumps.size else 0.0
 
 
 def _amplitudes(cycles: FloatArray, frequency: float) -> tuple[FloatArray, float]:

@@ -114,6 +114,7 @@ HELD, MOVES = 1.0, 8.0
 # cycles stands LET_GO above rest.
 AT_REST, AT_REST_OF_A_DECAY, AT_ONCE, LET_GO = 4.0, 0.2, 12.0, 6.0
 LET_GO_OVER = 4  # cycles
+FEWEST_AT_REST = 3  # cycles, of whose amplitudes before a jump the median is what hum makes of them
 MOVED = 0.3  # of the amplitude that follows: by so much it is away from where it was held
 # It is let go within the first cycle where that lacks so many errors, so much of the line, of which another mode takes
 # a tenth, and so much of what the line rises by in a cycle.

@@ -20,6 +20,7 @@ from scruton.gap.thresholds import (
     FIT_SHARE,
     FIT_WITHIN,
     HOPELESS,
+    LOST,
     MOST_FITS,
     NOTICED,
     QUICK_FITS,
@@ -64,8 +65,11 @@ def weigh(
 ) -> dict[str, Candidate]:
     """Evidence of every effect added to a hypothesis at its optimum; those that are `quick` by fewer variants.
 
-    What is `known` of one of them, beside another base, is fitted from where it was found, too.
+    What is `known` of one of them, beside another base, is fitted from where it was found, too.  Beside a base whose
+    evidence is no number nothing is worth more than that.
     """
+    if not _is_known(base):
+        return {effect.name: Candidate(effect.name, LOST, None) for effect in effects}
     screen = Screen(base)
     with ThreadPoolExecutor(workers) as pool:  # the filter lets go of the interpreter
         tested = list(pool.map(screen.tests, effects))
@@ -98,7 +102,10 @@ def weigh(
         total = sum(variant.weight for variant in effect.variants(base.hypothesis.data.layout))
         fitted = [(test, fit) for test, fit in zip(chosen, found, strict=True) if test.variant.effect == effect.name]
         # What was not fitted has its share of the prior all the same, so that many hopeless variants dilute.
-        logs = [np.log(test.variant.weight / total) + fit.log_evidence + log_noticeable(fit) for test, fit in fitted]
+        logs = [
+            np.log(test.variant.weight / total) + fit.log_evidence + (log_noticeable(fit) if _is_known(fit) else 0.0)
+            for test, fit in fitted
+        ]
         if fitted:
             best = fitted[int(np.argmax(logs))][1]
             once: dict[object, float] = {}  # a variant may have been fitted twice
@@ -109,6 +116,11 @@ def weigh(
             evidence, best = base.log_evidence + min(max((t.gain for t in tests), default=-np.inf), -1.0), None
         candidates[effect.name] = Candidate(effect.name, evidence, best)
     return candidates
+
+
+def _is_known(fit: FittedHypothesis) -> bool:
+    """Whether the evidence is a number."""
+    return fit.log_evidence > LOST
 
 
 def _twins(
@@ -167,7 +179,7 @@ def log_noticeable(fit: FittedHypothesis) -> float:
         )
         unit = np.concatenate([np.broadcast_to(noticed, p.size) for p, noticed in of])
         each = np.concatenate([np.full(p.size, p.unit == REPEATED) for p, _ in of])
-        tell = ~each | (sds < 0.5 * unit)
+        tell = ~each | ((sds > 0.0) & (sds < 0.5 * unit))  # the only record of a rig is off nothing
         if not tell.any():
             return -np.inf
         posterior = _log_any_beyond((modes / unit)[tell], (sds / unit)[tell], positive[tell])

@@ -177,8 +177,6 @@ def diagnose_data(
         return _in_its_place(place, prior, prior_none)
 
     found = search(null, singles, effects, probable=probable, workers=workers, progress=tell)
-    if any(place.base.log_evidence <= thresholds.LOST for place in found):  # one that goes with no other is no name
-        found = [Place(null, singles)]
     tell("absolute check", 0.8)
     checks = {NONE: check(null)}
     # What stands beside an effect that is none after all is a verdict of its own.

@@ -31,6 +31,7 @@ _STEP = 1e-4
 _FREEDOM = 8.0  # degrees of freedom of proposals
 _CHUNK = 100  # points whose filters run side by side
 _LOG_2PI = float(np.log(2.0 * np.pi))
+_LOST_OR_NOT = np.errstate(all="ignore")  # where the filter loses its way nothing is finite, and that is told by it
 
 
 @dataclass(frozen=True, eq=False)
@@ -292,6 +293,7 @@ class Hypothesis:
             fisher[block.square] += (a * block.of(weight)) @ a.T + 0.5 * b @ b.T
         return v, log_s, weight
 
+    @_LOST_OR_NOT
     def scores(self, u: FloatArray) -> tuple[float, FloatArray, FloatArray]:
         """Log posterior, gradient (d,) and Fisher information with the prior's precision (d, d)."""
         location, scale = self.prior
@@ -319,14 +321,12 @@ class Hypothesis:
         # where the filter loses its way nothing leads on
         first = self.start() if start is None or not np.isfinite(log_prob(start[None])[0]) else start.copy()
         u, (_, _, fisher) = climb(
-            self.scores,
-            log_prob,
-            first,
+            self.scores, log_prob, first, iterations=iterations,
             limit=lambda u: np.where(logarithmic, 1.5, 5.0 * scale + np.abs(u - location)),
-            iterations=iterations,
-        )
+        )  # fmt: skip
         return self.laplace(u, fisher)
 
+    @_LOST_OR_NOT
     def laplace(self, u: FloatArray, fisher: FloatArray) -> FittedHypothesis:
         """Evidence from the optimum and the curvature there; a prior cut at zero counts by the posterior above it.
 
@@ -335,8 +335,7 @@ class Hypothesis:
         """
         like, prior = (float(x[0]) for x in self.log_prob(u[None]))
         covariance = inverse(fisher, self.prior[1])
-        _, logdet = np.linalg.slogdet(fisher)
-        evidence = like + self.seen + prior + 0.5 * u.size * _LOG_2PI - 0.5 * float(logdet)
+        evidence = like + self.seen + prior + 0.5 * u.size * _LOG_2PI - 0.5 * float(np.linalg.slogdet(fisher)[1])
         sd = np.sqrt(np.diag(covariance))
         for where in (self.slices[p.key] for p in self.parameters if p.positive):
             evidence += float(np.sum(np.log(2.0) + log_ndtr(u[where] / sd[where])))

@@ -134,11 +134,14 @@ class Screen:
         v, s = yield self._tables(variant, points)
         v0, log_s0, weight, spread, alone = self.v, self.log_s, self.weight, self.spread, 0.0
         if shaped:
-            v0, log_s0, v, s = v[0], np.log(s[0]), v[1:], s[1:]
-            weight = np.exp(-log_s0)
-            spread = 1.0 - v0 * v0 * weight
-            alone = 0.5 * float(np.sum(self.log_s - self.spread - log_s0 + spread))
-        dv, ds = (v - v0) / _NUDGE, (np.log(s) - log_s0) / _NUDGE
+            with np.errstate(all="ignore"):
+                v0, log_s0, v, s = v[0], np.log(s[0]), v[1:], s[1:]
+                weight = np.exp(-log_s0)
+                spread = 1.0 - v0 * v0 * weight
+                alone = 0.5 * float(np.sum(self.log_s - self.spread - log_s0 + spread))
+        dv, ds = _slopes(v, s, v0, log_s0, _NUDGE)
+        if not np.isfinite(alone) or not np.isfinite(np.stack([dv, ds])).all():  # the filter loses its way there
+            return ScoreTest(variant, -np.inf, first_starts(variant))
         scales = np.concatenate([np.broadcast_to(p.scale, p.size) for p in tested])
         first = np.cumsum([0, *(p.size for p in tested)])
         score, curvature = np.zeros(scales.size), np.diag(1.0 / scales**2)
@@ -283,7 +286,7 @@ class Screen:
                 for _, values in probes
             ]
             v, s = self._filtered(self._tables(variant, points))
-            jv, js = (v - self.v) / _PROBE, (np.log(s) - self.log_s) / _PROBE
+            jv, js = _slopes(v, s, self.v, self.log_s, _PROBE)
             for i, at in enumerate(part):
                 rows = slice(i * len(probes), (i + 1) * len(probes))
                 for r in np.flatnonzero(layout.wind):
@@ -291,11 +294,21 @@ class Screen:
                         continue
                     block = self.hypothesis.blocks[r]
                     a, b = block.of(jv[rows]), block.of(js[rows])
+                    if not np.isfinite(np.stack([a, b])).all():  # nor where the filter loses its way
+                        continue
                     aw = a * block.of(self.weight)
                     scores[begin + i, r] = -aw @ block.of(self.v) - 0.5 * b @ block.of(self.spread)
                     curvatures[begin + i, r] = aw @ a.T + 0.5 * b @ b.T
                     seen[begin + i, r] = True
         return grid, scores, curvatures, seen
+
+
+def _slopes(
+    v: FloatArray, s: FloatArray, v0: FloatArray, log_s0: FloatArray, by: float
+) -> tuple[FloatArray, FloatArray]:
+    """Slopes of innovations and log variances that a step `by` moves from v0, log_s0; not finite where one is lost."""
+    with np.errstate(all="ignore"):
+        return (v - v0) / by, (np.log(s) - log_s0) / by
 
 
 def _gained(score: FloatArray, curvature: FloatArray, prior: FloatArray) -> tuple[FloatArray, FloatArray]:
