@@ -7,9 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import least_squares
 
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Layout, Term
+from scruton.dynamics.effects.effect import Extent
 from scruton.dynamics.effects.terms import COLUMNS, HATS, compact
+from scruton.dynamics.limit_cycle import amplitude_rates
 
 NAMES = (
     "coulomb_friction", "structural_damping_nonlinearity", "structural_damping_error",
@@ -189,3 +192,52 @@ def test_sizes_of_a_drift_are_on_the_scale_of_the_others():
     pull = 2.0 * bare[Term.DRIVE] / one.reference_amplitude - bare[Term.AERO]
     rate = bare[Term.STRUCTURAL] + bare[Term.AERO]
     assert scale * pull / rate == pytest.approx(0.3, rel=0.2)
+
+
+def test_damping_that_is_stated_at_a_larger_amplitude_is_that_there():
+    """Of a mean over a decay, or of a test's amplitude, the smallest amplitudes have less than was stated."""
+    one = layout()
+    variants = CATALOGUE["structural_damping_nonlinearity"].variants(one)
+    stated = [v for v in variants if "stated at a larger amplitude" in v.label]
+    assert len(stated) == sum(v.scope.extent is Extent.EVERYWHERE for v in variants) / 2
+    for variant in stated:
+        table = base(one)
+        variant.apply(table, values(variant, one, lambda p: np.full(len(p.members), 0.5)), one)
+        largest = [one.largest[(one.rig == rig) & ~one.wind].max() for rig in one.rig]
+        assert amplitude_rates(table[0], 1e-5 * np.ones(1), one.knots)[:, 0] != pytest.approx(-0.04 * 1e-5)
+        for r in np.flatnonzero(~one.wind):
+            at = np.array([0.5 * largest[r]])
+            assert amplitude_rates(table[0, [r]], at, one.knots)[0, 0] == pytest.approx(-0.04 * at[0], rel=1e-6)
+    told = replace(one, unstated=frozenset(range(3)))
+    for other in (told, layout(still=False)):  # where nothing is stated, or nothing shows what is
+        labels = [v.label for v in CATALOGUE["structural_damping_nonlinearity"].variants(other)]
+        assert not any("stated" in label for label in labels)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [lambda x: 1.0 / (1.0 + x**2), lambda x: np.exp(-(x**1.5)), lambda x: 1.0 / (1.0 + x) ** 2, lambda x: 1.3 - x**0.6],
+    ids=["rational", "exponential", "square", "power"],
+)
+def test_a_drive_that_falls_smoothly_by_whatever_law_has_a_form(law):
+    """The law of the paper, c - l a, misses those by more, and they were unknown (0.8)."""
+    one = layout(rigs=1, still=False)
+    (variant,) = [v for v in CATALOGUE["aerodynamic_damping_nonlinearity"].variants(one) if "and a drive" in v.label]
+    a = np.geomspace(0.02, 0.09, 40)
+    wanted = 0.2 * a * law(a / 0.05)
+
+    def rates(u, form):
+        table = np.zeros((1, len(one.records), COLUMNS))
+        table[:, :, Term.DRIVE], table[:, :, Term.AERO] = np.exp(u[0]), u[1]
+        if form:
+            size, amplitude = (np.full((1, len(one.records)), x) for x in (u[2], np.exp(u[3])))
+            variant.apply(table, {"size": size, "amplitude": amplitude}, one)
+        return amplitude_rates(table[0, :1], a, one.knots)[0]
+
+    def missed(form, start):
+        fit = least_squares(lambda u: (rates(u, form) - wanted) / wanted.max(), start)
+        return float(np.abs(fit.fun).max())
+
+    start = [np.log(0.01), 0.05, 0.0, np.log(0.5)]
+    assert missed(True, start) < 0.01
+    assert missed(True, start) < 0.2 * missed(False, start[:2])

@@ -24,7 +24,7 @@ from scruton.gap.diagnosis import diagnose, fit_null
 from scruton.gap.hypothesis import Hypothesis
 from scruton.gap.lines import second_lines
 from scruton.gap.locate import locate
-from scruton.gap.locate_records import clock_findings
+from scruton.gap.locate_records import contradiction_findings
 from scruton.gap.meaning import describe_unknown
 from scruton.gap.null_model import null_model
 from scruton.gap.screen import Screen
@@ -153,10 +153,29 @@ def test_a_record_whose_clock_is_wrong_is_told_by_the_others_of_its_test(clean, 
     found = diagnose(replace(campaign, tests=(hurried_test, *rest)))
     assert found.verdict == verdict
     if verdict == "unknown":
-        findings = clock_findings(found.clocks, found.data)
+        findings = contradiction_findings(found.contradictions, found.data)
         assert [one.record for one in findings] == [name]
         assert findings[0].excess == pytest.approx(off, abs=2e-3)
         assert "a clock that is wrong" in describe_unknown(found, findings)["text"]
+
+
+@pytest.mark.parametrize(("shaken", "verdict"), [(0.0, "none"), (0.1, "unknown")])
+def test_a_free_decay_that_grows_again_is_moved_by_something(clean, shaken, verdict):
+    """A floor that shakes all records near the frequency was a vortex-shedding force, which the wind alone makes."""
+    campaign = clean[0]
+
+    def moved(record):
+        force = shaken * np.cos(2.0 * np.pi * 1.012 * campaign.rigs[0].frequency.mean * record.time)
+        return replace(record, response=record.response + force * np.max(record.response))
+
+    rig, *others = campaign.rigs
+    found = diagnose(replace(campaign, rigs=(replace(rig, records=tuple(map(moved, rig.records))), *others)))
+    assert found.verdict == verdict
+    if verdict == "unknown":
+        findings = contradiction_findings(found.contradictions, found.data)
+        assert {one.record for one in findings} == {record.name for record in rig.records}
+        assert all(one.kind == "regrowth" and one.excess < 0.0 for one in findings)
+        assert "grows again in still air" in describe_unknown(found, findings)["text"]
 
 
 def test_a_frequency_that_follows_warmth_in_wind_is_no_gap(clean):

@@ -16,7 +16,7 @@ from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.further_record import FurtherRecord, separation
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis, by_channel
 from scruton.gap.lines import SecondLine
-from scruton.gap.meaning import WIND, is_step, known_by_clocks, known_by_lines, lines_words, strange_lines
+from scruton.gap.meaning import WIND, is_step, known_by_contradictions, known_by_lines, lines_words, strange_lines
 from scruton.gap.speeds import DRIFT, SETTING
 from scruton.gap.thresholds import BLIND, COSTS, FAR_MORE_PROBABLE, WANTED
 
@@ -263,12 +263,12 @@ def _again(diagnosis: Diagnosis) -> list[str]:
         "section or the rig, if not to that run; a longer lock-in record, or a second one at another turbulence, would "
         "tell what comes and goes from what depends on the amplitude"
     )
-    lines, clocks = strange_lines(diagnosis), diagnosis.clocks
-    known = known_by_lines(diagnosis) or known_by_clocks(diagnosis)
+    lines, against = strange_lines(diagnosis), diagnosis.contradictions
+    known = known_by_lines(diagnosis) or known_by_contradictions(diagnosis)
     return [
         *([] if known else [again]),
         *(_of_a_line(lines, diagnosis.data) if lines else ()),
-        *(f"the time of {one.record} beside its logger's rate: {one.words}" for one in clocks[:1]),
+        *(f"{one.look}: {one.words}" for one in against[:1]),
     ]
 
 

@@ -12,7 +12,7 @@ from scruton.dynamics.effects.terms import Belongs, Term
 from scruton.gap import thresholds
 from scruton.gap.attribute import Candidate, weigh
 from scruton.gap.check import Check, check
-from scruton.gap.clocks import WrongClock, wrong_clocks
+from scruton.gap.contradictions import Contradiction, contradictions
 from scruton.gap.data import GapData, load_gap
 from scruton.gap.held_out import predicts_better
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
@@ -72,7 +72,7 @@ class Diagnosis:
         effect found, tests at other speeds of the rigs read, too; empty where there are none.
     base : FittedHypothesis or None
         With the further effects alone, which the first one stands beside; None is the null model.
-    clocks : tuple of WrongClock
+    contradictions : tuple of Contradiction
     """
 
     data: GapData
@@ -90,7 +90,7 @@ class Diagnosis:
     places: Mapping[str, Place] = field(default_factory=dict)
     at_other_speeds: Mapping[str, float] = field(default_factory=dict)
     base: FittedHypothesis | None = None
-    clocks: tuple[WrongClock, ...] = ()
+    contradictions: tuple[Contradiction, ...] = ()
 
     @property
     def verdict(self) -> str:
@@ -166,7 +166,7 @@ def diagnose_data(
     tell("null model", 0.0)
     data, null = fit_null(data)
     lines = second_lines(campaign, data.cycles, data.modes)
-    lasting, clocks = [line for line in lines if not line.dies], wrong_clocks(data)
+    lasting, against = [line for line in lines if not line.dies], contradictions(data)
     tell("single effects", 0.1)
     everything = (*CATALOGUE.values(), catalogue.UNKNOWN)
     effects = tuple(effect for effect in everything if prior.get(effect.name, 1.0) > 0.0)
@@ -182,18 +182,18 @@ def diagnose_data(
     # What stands beside an effect that is none after all is a verdict of its own.
     for places in (found, [Place(null, singles)]):
         places = [replace(one, told=weighed_at_other_speeds(one, effects, workers=workers)) for one in places]
-        gains, probability, top = _judged(null, places, lasting, clocks, checks, prior, prior_none, workers)
+        gains, probability, top = _judged(null, places, lasting, against, checks, prior, prior_none, workers)
         reported = places
         if top == UNKNOWN and len(places) > 1:
             reported = beside_unknown(null, places, singles, effects, probable=probable, workers=workers, progress=tell)
             if len(reported) < len(places):  # what is weighed is what is reported
                 alone = {UNKNOWN: reported[0].candidates[UNKNOWN]}
                 places = [replace(places[0], candidates={**places[0].candidates, **alone}), *places[1:]]
-                gains, probability, top = _judged(null, places, lasting, clocks, checks, prior, prior_none, workers)
+                gains, probability, top = _judged(null, places, lasting, against, checks, prior, prior_none, workers)
         if top != NONE or len(places) == 1:
             break
     if top == NONE and len(lasting) < len(lines):  # nothing else is wrong: the other mode is what the model lacks
-        gains, probability, top = _judged(null, places, lines, clocks, checks, prior, prior_none, workers)
+        gains, probability, top = _judged(null, places, lines, against, checks, prior, prior_none, workers)
         reported = places
     first, *others = reported if top == UNKNOWN else places if top != NONE else [Place(null, singles)]
     final = first.candidates[top].best if top != NONE else null
@@ -222,7 +222,7 @@ def diagnose_data(
         further,
         places[0].told,
         first.base,
-        clocks,
+        against,
     )
 
 
@@ -244,7 +244,7 @@ def _judged(
     null: FittedHypothesis,
     places: Sequence[Place],
     lines: Sequence[SecondLine],
-    clocks: Sequence[WrongClock],
+    against: Sequence[Contradiction],
     checks: dict[str, Check],
     prior: Mapping[str, float],
     prior_none: float,
@@ -259,7 +259,7 @@ def _judged(
     explained = max(gains[best.name], 0.0, _explained(null, leader)) if leader is not base else 0.0
     names = tuple(place.best.name for place in places if place.best.log_evidence > place.base.log_evidence)
     unexplained = unexplained_lines(lines, names, null.hypothesis.data)
-    seen = [*(one.ratio for one in unexplained), *(clock.nats for clock in clocks)]
+    seen = [*(one.ratio for one in unexplained), *(one.nats for one in against)]
     line = sum(seen) - thresholds.LINE_NATS * len(seen)
     allowed = thresholds.ALLOWED_EXCESS + thresholds.ALLOWED_SHARE * explained
     # What strikes now and then has no form that might be off: a model explains none of its misfit by being wide there.

@@ -52,7 +52,7 @@ def _places(diagnosis: Diagnosis, curves: Curves) -> list[Finding]:
         locate_records.scatter_findings(curves.fit),
         locate_records.line_findings(diagnosis.lines, diagnosis.data),
         locate_records.wave_findings(diagnosis.data),
-        locate_records.clock_findings(diagnosis.clocks, diagnosis.data),
+        locate_records.contradiction_findings(diagnosis.contradictions, diagnosis.data),
         *(
             look(diagnosis.null)
             for look, names in locate_records.CONTRASTS.items()

@@ -15,7 +15,7 @@ from scruton.dynamics.effects.effect import Extent, Parameter, Scope, Values, Va
 from scruton.dynamics.effects.terms import Layout, Term
 from scruton.gap import thresholds
 from scruton.gap.check import shared_by_neighbours
-from scruton.gap.clocks import WrongClock
+from scruton.gap.contradictions import Contradiction
 from scruton.gap.data import GapData
 from scruton.gap.finding import Finding, amplitudes_of, place, time_of
 from scruton.gap.hypothesis import FittedHypothesis
@@ -129,13 +129,12 @@ def line_findings(lines: Sequence[SecondLine], data: GapData) -> list[Finding]:
     ]  # fmt: skip
 
 
-def clock_findings(clocks: Sequence[WrongClock], data: GapData) -> list[Finding]:
-    """Records that are out of step with others of their test, or of their rig in still air."""
+def contradiction_findings(contradictions: Sequence[Contradiction], data: GapData) -> list[Finding]:
+    """What a record does that its test, or its rig in still air, cannot."""
     return [
-        place(data, data.layout.records.index(one.record), "frequency", one.off, one.sd,
-              f"frequency, over that of {one.other} at the same amplitudes", kind="clock")
-        for one in clocks
-    ]  # fmt: skip
+        place(data, data.layout.records.index(one.record), one.quantity, one.value, one.sd, one.seen, kind=one.kind)
+        for one in contradictions
+    ]
 
 
 def wave_findings(data: GapData) -> list[Finding]:

@@ -12,7 +12,7 @@ from scruton.dynamics.effects.terms import HATS, Belongs, Term
 from scruton.gap.attribute import best_of
 from scruton.gap.bands import discrepancy_of_the_unknown
 from scruton.gap.check import knocked
-from scruton.gap.clocks import WrongClock
+from scruton.gap.contradictions import Contradiction
 from scruton.gap.data import GapData
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis, unexplained_lines
 from scruton.gap.finding import Finding, amplitudes_of
@@ -138,9 +138,9 @@ def known_by_lines(diagnosis: Diagnosis) -> list[SecondLine]:
     return [] if _generic_says(diagnosis) else strange_lines(diagnosis)
 
 
-def known_by_clocks(diagnosis: Diagnosis) -> tuple[WrongClock, ...]:
-    """Clocks that are wrong, likewise."""
-    return () if _generic_says(diagnosis) else diagnosis.clocks
+def known_by_contradictions(diagnosis: Diagnosis) -> tuple[Contradiction, ...]:
+    """What the records cannot do, likewise."""
+    return () if _generic_says(diagnosis) else diagnosis.contradictions
 
 
 def _generic_says(diagnosis: Diagnosis) -> bool:
@@ -196,7 +196,7 @@ def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[
     if diagnosis.verdict != UNKNOWN:
         return {}
     data, layout = diagnosis.data, diagnosis.data.layout
-    lines, by_lines, clocks = strange_lines(diagnosis), known_by_lines(diagnosis), diagnosis.clocks
+    lines, by_lines, against = strange_lines(diagnosis), known_by_lines(diagnosis), diagnosis.contradictions
     p, unit = diagnosis.checks[NONE].colour, data.campaign.section.motion.amplitude_text
     coloured = None if np.isnan(p) else bool(p < COLOURED)
     if by_lines:
@@ -204,9 +204,10 @@ def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[
         acting = np.array([name in lined for name in layout.records])
         form, what = "a line beside the response", "of the response's amplitude"
         largest = max(line.amplitude / float(np.median(data.cycles[line.record].amplitude)) for line in lines)
-    elif by_clocks := known_by_clocks(diagnosis):
-        form, largest, what = "a clock", max(abs(one.off) for one in by_clocks), "of the frequency"
-        acting = np.isin(layout.records, [one.record for one in by_clocks])
+    elif worst := next(iter(known_by_contradictions(diagnosis)), None):
+        alike = [one for one in against if one.kind == worst.kind]
+        form, largest, what = worst.form, max(one.share for one in alike), worst.of
+        acting = np.isin(layout.records, [one.record for one in alike])
     elif any(one.effect == UNKNOWN for one in diagnosis.final.hypothesis.variants):
         form = diagnosis.final.hypothesis.variants[-1].label
         largest, what, acting = _of_generic(diagnosis)
@@ -228,9 +229,10 @@ def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[
     parts = [f"It looks like {form}: {size} {' to '.join(map(unit, amplitude))}, in {where}; {_COLOUR[coloured]}."]
     if lines:
         parts.append(f"Beside the response stands a line: {lines_words(lines, data)}.")
-    if clocks:
-        others = f", and {len(clocks) - 1} more likewise" if len(clocks) > 1 else ""
-        parts.append(f"{clocks[0].words}{others}: a clock that is wrong, or samples that were lost.")
+    for worst in {one.kind: one for one in reversed(against)}.values():
+        more = sum(one.kind == worst.kind for one in against) - 1
+        others = f", and {more} more likewise" if more else ""
+        parts.append(f"{worst.words}{others}: {worst.cause}.")
     if not by_lines and strongest:
         parts.append(f"Strongest: {strongest}.")
     return {

@@ -20,6 +20,7 @@ Weigh = Callable[..., dict[str, Candidate]]  # a base, the effects in it, and wh
 Probable = Callable[["Place"], Mapping[str, float]]  # of every name that might stand in a place, and of none
 _UNKNOWN = catalogue.UNKNOWN.name
 _GAIN, _MEMORY = "sensor_gain_error", "fluid_memory"
+_MISSTATED = "structural_damping_error"
 _FRICTION, _NONLINEAR, _CLIPPING = "coulomb_friction", "structural_damping_nonlinearity", "sensor_clipping"
 
 
@@ -312,9 +313,10 @@ def _joined(chain: Chain, beside: Weigh) -> Chain:
         small = chain.found and best.name in negligible(best.best)
         if gain < needed or best.best is None or small or (chain.found and best.log_evidence < rival - slack):
             break
-        # What the readings show by themselves, rows of one value where a range ends, has no form that might be off: it
-        # asks no more of a second effect.
-        first = first if best.variant and best.variant.seen > 0.0 else max(first, gain)
+        # What the readings show by themselves, rows of one value where a range ends, has no form that might be off, nor
+        # has a constant that is stated wrong: they ask no more of a second effect.
+        exact = best.name == _MISSTATED or (best.variant is not None and best.variant.seen > 0.0)
+        first = first if exact else max(first, gain)
         chain = chain.joined_by(beside, best)
     return chain
 

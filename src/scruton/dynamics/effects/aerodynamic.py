@@ -62,6 +62,19 @@ def _saturating(layout: Layout, form: str, weight: float = 1.0) -> Variant:
     return Variant(form, (_critical(scope, 0.2, 0.04, 0.12, 0.4),), _incoherent, scope, weight)
 
 
+def _bent_and_saturating(layout: Layout, weight: float) -> Variant:
+    """A drive that falls with the amplitude more than as its inverse, and less at small ones: whatever smooth law."""
+    scope, bend = _in_wind(layout), adding(size=Term.AERO_SQUARE)
+
+    def apply(table: FloatArray, values: Values, layout: Layout) -> None:
+        _incoherent(table, values, layout)
+        bend(table, values, layout)
+
+    form = "a part in A^2 of the aerodynamic damping, and a drive that saturates as 1 - exp(-A/A_c)"
+    parameters = size_prior("size", scope.members), _critical(scope, 0.4, 0.12, 0.4, 1.2)
+    return Variant(form, parameters, apply, scope, weight, size="amplitude")
+
+
 def _of_another_law(layout: Layout, power: Term, weight: float) -> Variant:
     """Growth in proportion to the amplitude that a power of it ends, as in Ehsan and Scanlan's law, not the paper's.
 
@@ -96,6 +109,7 @@ def _of_higher_order(layout: Layout) -> list[Variant]:
         # A wake that falls out of step at small amplitude loses its drive as a span does whose parts no longer agree.
         _saturating(layout, "a wake out of step at small amplitude: drive saturates as 1 - exp(-A/A_c)", 0.4),
         *(_of_another_law(layout, power, 0.5) for power in (linear, square, fourth)),
+        _bent_and_saturating(layout, 0.3),
     ]
 
 

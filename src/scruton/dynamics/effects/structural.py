@@ -25,6 +25,8 @@ from scruton.dynamics.effects.terms import Belongs, Layout, Term
 
 _WIDTH = 0.003  # of the reference amplitude: below it friction sticks and acts like a spring
 _ALIKE = "in every rig alike"
+_LARGER = 0.5  # prior odds that what is stated is the damping of a larger amplitude, over that of the smallest
+OF_LARGEST = "of the rig's largest amplitude"
 _LEVELS = Term.STRUCTURAL_RISE, Term.STRUCTURAL_KNEE, Term.STRUCTURAL_POWER
 
 
@@ -74,6 +76,33 @@ def _level_off(power: int, *, falls: bool = False) -> Apply:
     return apply
 
 
+def _rate(table: FloatArray, amplitude: FloatArray) -> FloatArray:
+    """Structural damping rate [1/s] of tables (W, R, COLUMNS) at amplitudes (W, R), without friction."""
+    rise, knee, power = (table[:, :, term] for term in _LEVELS)
+    x = amplitude / np.where(knee > 0.0, knee, np.inf)
+    part = np.where(power > 0.0, x**power / (1.0 + x**power), -np.expm1(-x))
+    linear, square = table[:, :, Term.STRUCTURAL_LINEAR], table[:, :, Term.STRUCTURAL_SQUARE]
+    return np.asarray(table[:, :, Term.STRUCTURAL] + (linear + square * amplitude) * amplitude + rise * part)
+
+
+def _largest_of_rig(layout: Layout) -> FloatArray:
+    """Largest amplitude of each record's rig in still air, or in wind where that rig has no such record, (R,)."""
+    still = np.array([layout.largest[(layout.rig == rig) & ~layout.wind].max(initial=0.0) for rig in layout.rig])
+    return np.where(still > 0.0, still, [layout.largest[layout.rig == rig].max() for rig in layout.rig])
+
+
+def _stated_at(apply: Apply) -> Apply:
+    """The same where what is stated is the damping of a larger amplitude: a mean over a decay, or that of a test."""
+
+    def moved(table: FloatArray, values: Values, layout: Layout) -> None:
+        at = values["stated"] * _largest_of_rig(layout)
+        before = _rate(table, at)
+        apply(table, values, layout)
+        add(table, Term.STRUCTURAL, before - _rate(table, at))
+
+    return moved
+
+
 def _with_amplitude(layout: Layout) -> list[Variant]:
     shares = {
         Extent.EVERYWHERE: (2.0, _ALIKE),
@@ -97,7 +126,22 @@ def _with_amplitude(layout: Layout) -> list[Variant]:
         "falling to nothing": _level_off(0, falls=True),
     }
     variants += [Variant(f"{form}, {{scope}}", (levels, knee), apply, everywhere, 0.2) for form, apply in forms.items()]
-    return [*variants, sized("as A and A^2, {scope}", both, everywhere, "linear", "square")]
+    variants.append(sized("as A and A^2, {scope}", both, everywhere, "linear", "square"))
+    if layout.wind.all() or len(layout.unstated) == np.unique(layout.rig).size:
+        return variants
+    centre = float(np.log(0.5))
+    stated = Parameter("stated", centre, 0.7, everywhere.members, log=True, unit=OF_LARGEST, starts=(centre,))
+    return variants + [
+        replace(
+            one,
+            form=f"{one.form}, stated at a larger amplitude",
+            parameters=(*one.parameters, stated),
+            apply=_stated_at(one.apply),
+            weight=_LARGER * one.weight,
+        )
+        for one in variants
+        if one.scope.extent is Extent.EVERYWHERE
+    ]
 
 
 def _misstated(layout: Layout) -> list[Variant]:

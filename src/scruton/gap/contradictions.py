@@ -1,0 +1,164 @@
+"""What no model of a campaign does: records of one test at different frequencies, a free decay that grows again."""
+
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from scruton.envelope import Cycles
+from scruton.gap.data import GapData
+from scruton.gap.thresholds import (
+    CLOCK_CYCLES,
+    CLOCK_LOWEST,
+    CLOCK_SD,
+    FEWEST_CYCLES_OF_SCATTER,
+    LINE_NATS,
+    REGROWS,
+    REGROWS_SIGMAS,
+)
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """Something in a record that its test, or its rig in still air, cannot do.
+
+    Attributes
+    ----------
+    record : str
+    nats : float
+        Log likelihood that it takes from a record that does it by chance.
+    quantity, kind : str
+        As of a `Finding`.
+    value, sd : float
+        What is found there, in the quantity's unit, and by how much chance makes it differ.
+    seen : str
+        What is seen, for people.
+    form, share : str, float
+        What it is in short, and how large, in the unit that `of` says.
+    of : str
+    cause : str
+        What makes such a thing.
+    look : str
+        Where to look for it.
+    """
+
+    record: str
+    nats: float
+    quantity: str
+    kind: str
+    value: float
+    sd: float
+    seen: str
+    form: str
+    share: float
+    of: str
+    cause: str
+    look: str
+
+    @property
+    def words(self) -> str:
+        """What is seen, and in which record."""
+        return f"{self.record} {self.seen}"
+
+
+def contradictions(data: GapData) -> tuple[Contradiction, ...]:
+    """Those of a campaign, beyond chance, worst first."""
+    return tuple(sorted([*wrong_clocks(data), *regrowths(data)], key=lambda one: -one.nats))
+
+
+def regrowths(data: GapData) -> list[Contradiction]:
+    """Free decays in still air that grow again: nothing there feeds a motion but another one, the floor, or a knock."""
+    found = []
+    for name, wind in zip(data.layout.records, data.layout.wind.tolist(), strict=True):
+        track = data.cycles[name]
+        if wind or track.amplitude.size < FEWEST_CYCLES_OF_SCATTER:
+            continue
+        level, time = track.smoothed(), track.time[2:-2]
+        # of a mean of five cycles, and what nobody would call growth
+        error = float(np.hypot(np.median(track.standard_error) / np.sqrt(5.0), REGROWS * level.max()))
+        rise = level - np.minimum.accumulate(level)
+        high = int(np.argmax(rise))
+        low = int(np.argmin(level[: high + 1]))
+        if rise[high] < REGROWS_SIGMAS * error:
+            continue
+        at, span = (
+            max(float(level[low]), error),
+            2.0 * np.pi * track.reference_frequency * float(time[high] - time[low]),
+        )
+        seen = f"grows again in still air, from {level[low]:.3g} to {level[high]:.3g} at {time[high]:.4g} s"
+        found.append(
+            Contradiction(
+                name, 0.5 * float(rise[high] / error) ** 2, "damping", "regrowth",
+                -float(np.log(level[high] / at)) / span, error / at / span, seen,
+                "a free decay that grows again", float(rise[high] / level.max()), "of its largest amplitude",
+                "another mode that takes and gives, a floor that moves it, or a knock",
+                f"{name} with a second sensor elsewhere on the section and one on the floor",
+            )
+        )  # fmt: skip
+    return found
+
+
+def wrong_clocks(data: GapData) -> list[Contradiction]:
+    """The record that is most out of step in every test, and in every rig in still air, beyond chance."""
+    layout, found = data.layout, []
+    together = defaultdict(list)
+    for record, rig, test in zip(layout.records, layout.rig.tolist(), layout.test.tolist(), strict=True):
+        together[rig, test].append(record)
+    for records in together.values():
+        pairs = list(_pairs(data, records))
+        if not pairs:
+            continue
+        worst = max(pairs, key=lambda pair: pair.nats)
+        away = {
+            name: float(np.median([abs(pair.off) for pair in pairs if name in (pair.record, pair.other)]))
+            for name in (worst.record, worst.other)
+        }
+        if away[worst.other] > away[worst.record]:
+            worst = _OutOfStep(worst.other, worst.record, 1.0 / (1.0 + worst.off) - 1.0, worst.sd)
+        if worst.nats > LINE_NATS:
+            found.append(
+                Contradiction(
+                    worst.record, worst.nats, "frequency", "clock", worst.off, worst.sd,
+                    f"swings {100.0 * worst.off:+.2g} % off {worst.other} at the same amplitudes",
+                    "a clock", abs(worst.off), "of the frequency",
+                    "a clock that is wrong, or samples that were lost",
+                    f"the time of {worst.record} beside its logger's rate",
+                )
+            )  # fmt: skip
+    return found
+
+
+@dataclass(frozen=True)
+class _OutOfStep:
+    """A record beside another of its test, or of its rig in still air: its frequency over the other's, minus 1."""
+
+    record: str
+    other: str
+    off: float
+    sd: float  # by what springs and air change from run to run
+
+    @property
+    def nats(self) -> float:
+        return 0.5 * (self.off / self.sd) ** 2
+
+
+def _pairs(data: GapData, records: list[str]) -> Iterator[_OutOfStep]:
+    for first, second in combinations(records, 2):
+        tracks = data.cycles[first], data.cycles[second]
+        high = min(float(track.amplitude.max()) for track in tracks)
+        low = max(*(float(track.amplitude.min()) for track in tracks), CLOCK_LOWEST * high)
+        inside = [
+            (track.amplitude >= low) & (track.amplitude <= high) & np.isfinite(track.frequency / track.frequency_error)
+            for track in tracks
+        ]
+        if min(map(np.count_nonzero, inside)) < CLOCK_CYCLES:
+            continue
+        (f, f_sd), (g, g_sd) = (_frequency(track, where) for track, where in zip(tracks, inside, strict=True))
+        yield _OutOfStep(first, second, f / g - 1.0, float(np.sqrt(CLOCK_SD**2 + (f_sd / f) ** 2 + (g_sd / g) ** 2)))
+
+
+def _frequency(track: Cycles, inside: np.ndarray) -> tuple[float, float]:
+    weight = track.frequency_error[inside] ** -2.0
+    return float(np.sum(weight * track.frequency[inside]) / weight.sum()), float(weight.sum() ** -0.5)
