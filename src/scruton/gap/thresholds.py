@@ -43,9 +43,9 @@ UNEARNED_NATS = 2.0  # that the unknown stays behind a catalogued effect with mo
 # 1 % were of wrong clocks and lost samples; the others differ by 0.8 % at most.
 CLOCK_SD, CLOCK_CYCLES, CLOCK_LOWEST = 0.0015, 8, 0.2
 # A free decay grows again where its amplitude, over five cycles, rises by so many standard errors, to which comes so
-# much of its largest. Of 1,017 of five simulators and eight laboratories some thirty do, all of them of another mode, a
-# floor that shakes, knocks or lost samples.
-REGROWS, REGROWS_SIGMAS = 5e-4, 20.0
+# much of its largest: draughts move a body that has come to rest. Of 1,017 of five simulators and eight laboratories
+# two dozen do, all of them of another mode, a floor that shakes, knocks or lost samples.
+REGROWS, REGROWS_SIGMAS = 1.5e-3, 20.0
 LOST = -1e12  # nats, of a hypothesis whose evidence is no number: it loses against any
 LINE_NATS = 30.0  # over chance, of a line in the spectrum beside the response
 # Of the response's amplitude, below which a line is nobody's concern, as is a third harmonic: a clock that is written
