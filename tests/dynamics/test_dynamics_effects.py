@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
+from scruton.dynamics.effect_drift import effect_drift
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Layout, Term
 from scruton.dynamics.effects.effect import Extent
 from scruton.dynamics.effects.terms import COLUMNS, HATS, compact
@@ -241,3 +242,35 @@ def test_a_drive_that_falls_smoothly_by_whatever_law_has_a_form(law):
     start = [np.log(0.01), 0.05, 0.0, np.log(0.5)]
     assert missed(True, start) < 0.01
     assert missed(True, start) < 0.2 * missed(False, start[:2])
+
+
+def test_a_drive_that_goes_with_what_the_wake_remembers_leaves_what_is_stable():
+    """Of one more simulator three of six memories were unknown (0.98): in the paper's law the drive is a constant."""
+    one = layout(still=False)
+    (variant,) = [v for v in CATALOGUE["fluid_memory"].variants(one) if "goes with the wake's amplitude" in v.label]
+    row, before = base(one), base(one)[0, 0]
+    variant.apply(row, values(variant, one, lambda p: np.full(len(p.members), 0.7)), one)
+    a, lagged, step = 0.04, 0.03, 1e-7
+
+    def rate(now, then):
+        return effect_drift(now, then, row[0, 0], 0.0, 0.0, 0.0, False, one.knots)
+
+    assert rate(a, a)[0] == effect_drift(a, a, before, 0.0, 0.0, 0.0, False, one.knots)[0]
+    late = rate(a, lagged)[0] - rate(a, a)[0]
+    assert late == pytest.approx(0.7 * before[Term.DRIVE] * (lagged - a) / a)
+    slope = (rate(a + step, lagged)[0] - rate(a - step, lagged)[0]) / (2.0 * step)
+    assert rate(a, lagged)[1] == pytest.approx(slope, rel=1e-5)
+
+
+def test_springs_of_all_rigs_bend_alike_to_within_a_twentieth():
+    one = layout()
+    alike = [v for v in CATALOGUE["stiffness_nonlinearity"].variants(one) if "twentieth" in v.label]
+    assert len(alike) == 3
+    for variant in alike:
+        same, own = base(one), base(one)
+        sizes = values(variant, one, lambda p: np.full(len(p.members), 0.0 if p.name == "own" else 0.3))
+        variant.apply(same, sizes, one)
+        variant.apply(own, {**sizes, "own": np.where(one.rig == 1, 0.05, 0.0)[None]}, one)
+        for term in (Term.STIFFNESS_LINEAR, Term.STIFFNESS, Term.STIFFNESS_FOURTH):
+            np.testing.assert_allclose(own[0, :, term], np.where(one.rig == 1, np.exp(0.05), 1.0) * same[0, :, term])
+    assert not any("twentieth" in v.label for v in CATALOGUE["stiffness_nonlinearity"].variants(layout(rigs=1)))

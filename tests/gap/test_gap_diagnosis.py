@@ -13,6 +13,7 @@ from scruton.campaign import load_campaign
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Campaign, Kind, Motion, Record, Rig, Section
 from scruton.dynamics.effects import CATALOGUE
+from scruton.dynamics.effects.effect import Extent
 from scruton.envelope import record_cycles
 from scruton.envelope.types import OtherMode
 from scruton.gap import diagnosis
@@ -26,6 +27,7 @@ from scruton.gap.lines import second_lines
 from scruton.gap.locate import locate
 from scruton.gap.locate_records import contradiction_findings
 from scruton.gap.meaning import describe_unknown
+from scruton.gap.negligible import negligible
 from scruton.gap.null_model import null_model
 from scruton.gap.screen import Screen
 from scruton.gap.sizes import found_parameters
@@ -398,3 +400,27 @@ def test_what_stands_beside_the_unknown_is_judged_beside_it_and_reported():
         ]
     ]
     assert discrepancy_of_the_unknown(found) == pytest.approx(np.sqrt(np.mean(np.square(apart))))
+
+
+def test_a_gain_beside_a_bend_is_told_by_the_amplitudes():
+    """Springs that differ by some per cent, or bend by another form, were a gain of one rig (0.98) in three cases."""
+    campaign, _ = simulate_case(9101, 1, "stiffness_nonlinearity", 0.2)
+    name = campaign.rigs[1].name
+
+    def read(gain):
+        def scaled(owner, rig):
+            records = (replace(record, response=gain * record.response) for record in owner.records)
+            return replace(owner, records=tuple(records)) if rig == name else owner
+
+        rigs = tuple(scaled(rig, rig.name) for rig in campaign.rigs)
+        return replace(campaign, rigs=rigs, tests=tuple(scaled(test, test.rig) for test in campaign.tests))
+
+    found = diagnose(read(1.3))
+    assert found.found == ("sensor_gain_error", "stiffness_nonlinearity")
+    assert not negligible(found.final)
+    bent = diagnose(campaign)
+    assert bent.found == ("stiffness_nonlinearity",)
+    gain = next(
+        v for v in CATALOGUE["sensor_gain_error"].variants(bent.data.layout) if v.scope.extent is Extent.ONE_RIG
+    )
+    assert "sensor_gain_error" in negligible(bent.final.with_variants(gain))

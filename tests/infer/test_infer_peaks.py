@@ -29,6 +29,7 @@ from scruton.infer.results import LawWeights, Weighing
 from scruton.infer.sampling import ExcludedByPriorsError, Known, Sampling, fewer_walkers
 from scruton.infer.thresholds import (
     CARRIES,
+    COARSENED,
     DEPARTS,
     FAVOURED,
     HOPELESS,
@@ -91,17 +92,18 @@ def sampling(card):
 
 
 @pytest.mark.parametrize("force", ["paper", "ehsan-scanlan"])
-def test_weights_are_prior_times_evidence(peaks_of, force):
+def test_weights_are_prior_times_coarsened_evidence(peaks_of, force):
     result = peaks_of(force)
     weights = result.weights
     assert weights.labels == ("n=-1", "n=0", "n=2")
     np.testing.assert_array_equal(weights.prior, PRIOR)
     assert weights.weight.sum() == pytest.approx(1.0)
-    relative = np.where(weights.sampled, PRIOR * np.exp(weights.log_evidence - weights.log_evidence.max()), 0.0)
+    told = (weights.log_evidence - weights.log_evidence.max()) / COARSENED
+    relative = np.where(weights.sampled, PRIOR * np.exp(told), 0.0)
     np.testing.assert_allclose(weights.weight, relative / relative.sum(), rtol=1e-9)
     np.testing.assert_allclose(
         weights.weight[weights.sampled],
-        posterior_weights(weights.log_evidence[weights.sampled], np.array(PRIOR)[weights.sampled]),
+        posterior_weights(told[weights.sampled], np.array(PRIOR)[weights.sampled]),
     )
     assert [one.label for one in result.laws] == [weights.labels[k] for k in np.flatnonzero(weights.sampled)]
     assert np.isfinite(weights.error[weights.sampled]).all()

@@ -11,10 +11,11 @@ from scruton.dynamics.effects.aerodynamic import SAME_SPEED
 from scruton.dynamics.effects.effect import Variant
 from scruton.dynamics.reading import readings
 from scruton.gap import thresholds
+from scruton.gap.blocks import by_channel
 from scruton.gap.data import GapData
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.further_record import FurtherRecord, separation
-from scruton.gap.hypothesis import FittedHypothesis, Hypothesis, by_channel
+from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.lines import SecondLine
 from scruton.gap.meaning import WIND, is_step, known_by_contradictions, known_by_lines, lines_words, strange_lines
 from scruton.gap.speeds import DRIFT, SETTING

@@ -20,6 +20,7 @@ from scruton.dynamics.effects.terms import Term
 from scruton.dynamics.extended import channel_innovations
 from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
 from scruton.dynamics.reading import readings
+from scruton.gap.blocks import Block, by_channel
 from scruton.gap.data import GapData
 from scruton.gap.null_model import NullModel
 from scruton.gap.thresholds import LOST
@@ -103,34 +104,6 @@ class FittedHypothesis:
         values = function(self.hypothesis.table(points))
         up, down = values[1 : where.size + 1], values[where.size + 1 :]
         return values[0], (up - down) / (2.0 * step.reshape((-1,) + (1,) * (up.ndim - 1)))
-
-
-def by_channel(values: FloatArray) -> FloatArray:
-    """Values (..., 3 N) by channel and cycle, (..., 3, N): a view of them."""
-    return values.reshape(*values.shape[:-1], 3, -1)
-
-
-@dataclass(frozen=True, eq=False)
-class Block:
-    """One record: its cycles in every channel, the parameters that it takes, and the coordinates of these."""
-
-    cycles: slice
-    rows: np.ndarray
-    where: np.ndarray
-
-    @cached_property
-    def square(self) -> tuple[np.ndarray, ...]:
-        """Its coordinates with each other."""
-        return np.ix_(self.where, self.where)
-
-    def of(self, values: FloatArray) -> FloatArray:
-        """What belongs to the record of values (..., 3 N), all channels end to end."""
-        return np.asarray(by_channel(values)[..., self.cycles].reshape(*values.shape[:-1], -1))
-
-    def told(self, slopes: FloatArray) -> FloatArray:
-        """What belongs to the record of derivatives (P, 3 N), by the parameters that it takes."""
-        own = by_channel(slopes)[..., self.cycles]
-        return np.asarray((own if self.rows.size == len(own) else own[self.rows]).reshape(self.rows.size, -1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,13 +251,15 @@ class Hypothesis:
         return tuple(blocks)
 
     def add_scores(
-        self, u: FloatArray, gradient: FloatArray, fisher: FloatArray
+        self, u: FloatArray, gradient: FloatArray, fisher: FloatArray, *, deaf: int | None = None
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Add what the records tell to a gradient (d,) and an information (d, d).
+        """Add what the records tell to a gradient (d,) and an information (d, d), one of the three channels not heard.
 
         Returns innovations, log variances and inverse variances at the point, (3 N,) each.
         """
         v, log_s, jv, js = self.derivatives(u)
+        for slopes in (jv, js) if deaf is not None else ():
+            by_channel(slopes)[:, deaf] = 0.0
         weight = np.exp(-log_s)
         pull, spread = v * weight, 1.0 - v * v * weight
         for block in self.blocks:

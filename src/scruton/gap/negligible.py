@@ -8,8 +8,10 @@ from scruton.dynamics.effects.aerodynamic import late_share
 from scruton.dynamics.effects.effect import POWERS
 from scruton.dynamics.effects.terms import COLUMNS, Term
 from scruton.dynamics.reading import inverse_reading
+from scruton.gap.blocks import PHASE
 from scruton.gap.hypothesis import FittedHypothesis
-from scruton.gap.thresholds import BEATS, HIDDEN, SMALLEST
+from scruton.gap.thresholds import BEATS, HIDDEN, SECOND_NATS, SMALLEST
+from scruton.stats.fisher_scoring import inverse
 
 
 def negligible(fit: FittedHypothesis | None) -> set[str]:
@@ -17,6 +19,8 @@ def negligible(fit: FittedHypothesis | None) -> set[str]:
 
     What grows with the amplitude is measured at the largest of the records that it acts in; a saturation by what it
     hides there, unless waves are seen to be cut off; a force off the response by how far it moves the amplitude, too.
+    A gain beside a frequency that bends has to be told by the amplitudes: that bend, of springs that differ a little
+    or whose form is off, tells of one that is none.
     """
     small: set[str] = set()
     if fit is None:
@@ -31,6 +35,7 @@ def negligible(fit: FittedHypothesis | None) -> set[str]:
             or hidden < HIDDEN
             or _beats(variant, fit) < BEATS
             or _follows(variant, fit) < SMALLEST
+            or _heard(k, fit) < SECOND_NATS
         ):
             small.add(variant.effect)
     return small
@@ -59,6 +64,21 @@ def _follows(variant: Variant, fit: FittedHypothesis) -> float:
     if variant.effect != "fluid_memory":
         return np.inf
     return float(np.max(np.abs(late_share(fit.table[variant.scope.records]))))
+
+
+def _heard(k: int, fit: FittedHypothesis) -> float:
+    """By how many nats amplitudes alone tell a gain beside a frequency that bends; inf of another effect."""
+    hypothesis, variant = fit.hypothesis, fit.hypothesis.variants[k]
+    bent = any(other.effect == "stiffness_nonlinearity" for other in hypothesis.variants)
+    if variant.effect != "sensor_gain_error" or not bent:
+        return np.inf
+    location, scale = hypothesis.prior
+    gradient, fisher = -(fit.mode - location) / scale**2, np.diag(1.0 / scale**2)
+    hypothesis.add_scores(fit.mode, gradient, fisher, deaf=PHASE)
+    covariance = inverse(fisher, scale)
+    where = hypothesis.slices[k, variant.size]
+    size, sd = (fit.mode + covariance @ gradient)[where], np.sqrt(np.diag(covariance))[where]
+    return float(np.max(0.5 * (size / sd) ** 2))
 
 
 def _growth(variant: Variant, layout: Layout) -> float:

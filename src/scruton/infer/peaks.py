@@ -16,7 +16,15 @@ from scruton.infer.models import NOISE, WIND
 from scruton.infer.peak_test import PeakTest
 from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult, Weighing
 from scruton.infer.sampling import Asked, ExcludedByPriorsError, Sampling, kept_as
-from scruton.infer.thresholds import CARRIES, DEPARTS, DISPLACED, HOPELESS, LAWS_SHARE_ALONE, LAWS_SHARE_DOUBTED
+from scruton.infer.thresholds import (
+    CARRIES,
+    COARSENED,
+    DEPARTS,
+    DISPLACED,
+    HOPELESS,
+    LAWS_SHARE_ALONE,
+    LAWS_SHARE_DOUBTED,
+)
 from scruton.stats.evidence import evidence_by_importance, log_evidence
 from scruton.stats.optimum import laplace_log_evidence
 from scruton.stats.pareto import smoothed
@@ -123,7 +131,7 @@ def fit_peaks(
                 log_z[k], error[k] = evidence.log_z, evidence.error
         derived = derive(campaign, tests, posterior, samples.chain)
         laws[k] = LawResult(labels[k], posterior, samples, derived, roughly[k])
-    weight = posterior_weights(np.where(sampled, log_z, -np.inf), prior) if several else prior
+    weight = posterior_weights(np.where(sampled, log_z / COARSENED, -np.inf), prior) if several else prior
     weights = LawWeights(labels, prior, weight, log_z, error, sampled, unknown)
     return PeakResult(tuple(test.test.name for test in tests), tuple(laws[k] for k in sorted(laws)), weights)
 

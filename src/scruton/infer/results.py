@@ -14,7 +14,7 @@ from scruton.infer.hierarchy import CampaignPosterior
 from scruton.infer.joint import CAMPAIGN, RIG, TEST
 from scruton.infer.models import TrialPosterior, WindPosterior
 from scruton.infer.steady import SteadyVerdict
-from scruton.infer.thresholds import FAVOURED
+from scruton.infer.thresholds import COARSENED, FAVOURED
 from scruton.shown import shown
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
@@ -127,7 +127,8 @@ class Weighing:
     @property
     def sentence(self) -> str:
         """What a reader of the weights has to know."""
-        by = "what each law says of records and rigs left out (stacking)" if self.stacked else "prior times evidence"
+        evidence = f"prior times evidence to the power of {1.0 / COARSENED:g}"
+        by = "what each law says of records and rigs left out (stacking)" if self.stacked else evidence
         if not self.shared:
             return f"Weights of the laws: by {by}."
         other = "by the stable amplitude of each rig that the law foretells from the others"

@@ -47,6 +47,9 @@ GROUPS_APART = 1.5  # ratio
 FAVOURED = log(20.0)  # in log evidence
 # A law this far below the best by Laplace's approximation, which is good to one or two, is not sampled.
 HOPELESS = 15.0  # in log evidence
+# Laws are approximations, and a body's own may lie between two: log evidences between them count by one over this, as
+# if so many times fewer cycles had been measured (a coarsened posterior; Miller and Dunson, JASA 114, 2019).
+COARSENED = 4.0
 # Of the effective draws that the card asks for, such a law gets this part where it is sampled all the same.
 ROUGH_PART = 0.2  # -
 # Gusts of a tunnel are no larger, nor is its wind set worse: a larger one acts as this.

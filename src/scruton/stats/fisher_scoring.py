@@ -87,7 +87,8 @@ def solved(information: FloatArray, gradient: FloatArray) -> FloatArray:
         return np.linalg.solve(information, gradient)
     except np.linalg.LinAlgError:
         root = np.sqrt(np.maximum(np.diag(information), np.finfo(float).tiny))
-        scaled = information / root / root[:, None]
+        with np.errstate(invalid="ignore", over="ignore"):
+            scaled = information / root / root[:, None]
         if not np.isfinite(scaled).all():  # nowhere to go from here
             return np.zeros_like(gradient)
         return np.asarray((np.linalg.lstsq(scaled, (gradient.T / root).T, rcond=None)[0].T / root).T)

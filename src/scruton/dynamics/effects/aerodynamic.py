@@ -220,7 +220,8 @@ def late_share(rows: FloatArray) -> FloatArray:
     There da/dt = rate a, and the wake's amplitude is (1 - lag rate) a.
     """
     aero, rate = rows[:, Term.AERO], rows[:, Term.AERO] + rows[:, Term.STRUCTURAL]
-    pull = np.choose(rows[:, Term.LAG_KIND].astype(np.intp), [aero, 2.0 * rate, -rows[:, Term.LATE]])
+    late = rows[:, Term.LATE]  # at half the stable amplitude the drive over the amplitude is twice the rate
+    pull = np.choose(rows[:, Term.LAG_KIND].astype(np.intp), [aero, 2.0 * rate, -late, -2.0 * rate * late])
     return np.asarray(pull * rows[:, Term.LAG])
 
 
@@ -239,12 +240,16 @@ def _memory(layout: Layout) -> list[Variant]:
         bend(table, values, layout)
         follow(table, values, layout)
 
-    late, neither = adding(part=Term.LATE), _lagging(2.0, 1.0)
+    def following(kind: float) -> Apply:
+        neither = _lagging(kind, 1.0)
 
-    def following(table: FloatArray, values: Values, layout: Layout) -> None:
-        late(table, values, layout)
-        # An amplitude is that of a cycle: what follows sooner than by one has no lag, and would be of the noise.
-        neither(table, {**values, "lag": values["lag"] + (values["lag"] > 0.0)}, layout)
+        def apply(table: FloatArray, values: Values, layout: Layout) -> None:
+            # Of a kind-2 part the rate is meant at every rig's own frequency, of a kind-3 one there is none.
+            add(table, Term.LATE, values["part"] * (layout.rate if kind < 2.5 else 1.0))
+            # An amplitude is that of a cycle: what follows sooner than by one has no lag, and would be of the noise.
+            neither(table, {**values, "lag": values["lag"] + (values["lag"] > 0.0)}, layout)
+
+        return apply
 
     # A push by hand is over before the wake has followed it.
     decays = compact(np.where(layout.direction < 0, 0, -1))
@@ -254,6 +259,7 @@ def _memory(layout: Layout) -> list[Variant]:
     # Small lags act by their product with it alone: it is wide.
     after = replace(lag, unit="cycles after the first")
     part = size_prior("part", scope.members, scale=_LATE, unit="of the relaxation rate")
+    power = size_prior("part", scope.members, scale=1.0, unit="power")
     return [
         # A wake oscillator does both at once: it follows late, and answers a large amplitude with less than its share.
         Variant(
@@ -269,7 +275,11 @@ def _memory(layout: Layout) -> list[Variant]:
         Variant("the wake's amplitude sets the force, from rest", (lag,), _lagging(0.0, 0.0), scope),
         *([Variant(pushed, (lag, start), _lagging(0.0, 0.0), scope, 0.5)] if decays.max() >= 0 else []),
         # A drive that grows with the amplitude and follows it late slows growth and decay down.
-        Variant("a part of the drive follows the amplitude", (part, after), following, scope, size="lag"),
+        Variant("a part of the drive follows the amplitude", (part, after), following(2.0), scope, size="lag"),
+        # All of it by its own amplitude over what the wake remembers, which leaves what is stable where it was.
+        Variant(
+            "the drive goes with the wake's amplitude over that now", (power, after), following(3.0), scope, size="lag"
+        ),
     ]
 
 

@@ -8,6 +8,7 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import (
     BENDS,
     DRIVE,
+    FACTOR,
     TENTHS,
     TRENDS,
     Apply,
@@ -24,6 +25,7 @@ from scruton.dynamics.effects.effect import (
     adding,
     bend_at,
     scopes,
+    size_prior,
     sized,
 )
 from scruton.dynamics.effects.terms import Belongs, Layout, Term, compact
@@ -34,6 +36,7 @@ _KINDS = (("hard", 0.0, 0.95), ("one-sided hard", _ONE_SIDE, 0.85), ("rounded", 
 # A change of the wind by s changes the damping by s (2 lambda - l), of which lambda or a little more is usual, so that
 # 0.2 of the wind is what 0.3 of the relaxation damping is.
 _WIND_SCALE = 0.2
+_ALIKE = 0.05  # prior standard deviation of ln(bend) between rigs: their springs are the same, and their masses about
 _SHOWN = 0.01  # relative standard deviation of a level that the extreme readings show: the mean may be off
 
 
@@ -145,6 +148,18 @@ def _bending(term: Term, damping: Term, name: str = "size") -> Apply:
     return apply
 
 
+def _alike(variant: Variant, layout: Layout) -> Variant:
+    """The same form in all rigs, whose springs and masses are alike to within a twentieth."""
+
+    def apply(table: FloatArray, values: Values, layout: Layout) -> None:
+        factor = np.exp(values["own"])
+        variant.apply(table, {name: value * factor for name, value in values.items() if name != "own"}, layout)
+
+    own = size_prior("own", layout.by_rig(), scale=_ALIKE, unit=FACTOR)
+    form = variant.form.format(scope="in every rig to within a twentieth")
+    return replace(variant, form=form, parameters=(*variant.parameters, own), apply=apply)
+
+
 def _stiffness(layout: Layout) -> list[Variant]:
     shares = {Extent.EVERYWHERE: (2.0, "in every record"), Extent.EACH_RIG: (1.0, "of every rig by its own")}
     square, linear = (Term.STIFFNESS, Term.STRUCTURAL_SQUARE), (Term.STIFFNESS_LINEAR, Term.STRUCTURAL_LINEAR)
@@ -172,6 +187,8 @@ def _stiffness(layout: Layout) -> list[Variant]:
         for power, apply, names, share in choices
         for scope in scopes(layout, shares)
     ]  # fmt: skip
+    if np.unique(layout.rig).size > 1:
+        variants += [_alike(one, layout) for one in variants if one.scope.extent is Extent.EVERYWHERE]
     if layout.wind.any() and not layout.wind.all():
         # The air's own, which no spring's damping goes with. Small changes of it are everywhere, and no gap.
         wind, bend = (

@@ -61,7 +61,7 @@ class Term(IntEnum):
     COHERENCE = 10, _WIND  # a_c; 0: none lost
     TREND = 11, _RUN  # gamma: relative change of the wind speed over the record, linear
     LAG = 12, _WIND  # [s]
-    LAG_KIND = 13, _WIND  # 0: the wake's amplitude sets the force; 1: it sets the damping; 2: neither
+    LAG_KIND = 13, _WIND  # 0: the wake's amplitude sets the force; 1: it sets the damping; 2, 3: neither, see LATE
     LAG_START = 14, _WIND  # amplitude that the wake remembers at the release, over that of the release
     FORCE_COS = 15, _WIND  # [amplitude/s]
     FORCE_SIN = 16, _WIND
@@ -96,7 +96,7 @@ class Term(IntEnum):
     BUMP_AT = 44 + HATS, _WIND  # ln of that amplitude
     BUMP_WIDTH = 45 + HATS, _WIND  # standard deviation in ln(amplitude)
     FRICTION_SPRING = 46 + HATS, _RIG  # pi F/(2 omega) of Dahl's friction [amplitude]; 0: F a/sqrt(a^2 + a_F^2)
-    LATE = 47 + HATS, _WIND  # p: of the drive, what follows the amplitude late [1/s]
+    LATE = 47 + HATS, _WIND  # p: of the drive, what follows the amplitude late [1/s]; of kind 3 c p/a follows so
     WARMING = 48 + HATS, _RIG  # w: structural damping that a record gains as it goes on [1/s]
     WARMING_PACE = 49 + HATS, _RIG  # duration of the record over the time in which it does
     FREQUENCY_TREND = 50 + HATS, _RUN  # relative change of the frequency over the record, linear
