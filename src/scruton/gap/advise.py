@@ -117,6 +117,7 @@ class _Tangent:
             squared -= self._off(signature, other) ** 2 / max(self._off(other, other), 1e-12)
         return float(np.sqrt(max(squared, 0.0)))
 
+    @np.errstate(all="ignore")  # where a filter loses its way at the usual size, nothing is mimicked
     def _off(self, a: FloatArray, b: FloatArray) -> float:
         return float(a @ b - (self.j @ a) @ np.linalg.solve(self.fisher, self.j @ b))
 
