@@ -25,7 +25,7 @@ from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.locate import scope_findings
 from scruton.gap.screen import Screen, _in_some, _in_some_alike
 from scruton.gap.search import Place
-from scruton.gap.thresholds import NOTICED
+from scruton.gap.thresholds import NOTICED, QUICK_FITS
 
 
 def null_of(
@@ -55,7 +55,12 @@ def test_a_lag_promises_what_it_gains_with_another_law() -> None:
     lag = forms["the wake's amplitude sets the damping"]
     kept = null.with_variants(lag.variant, start=lag.start).log_evidence - null.log_evidence
     assert 0.5 * kept < lag.gain < kept
-    assert lag.gain == max(test.gain for test in forms.values())
+    # nor does any shut it out now: the drive by a power of what the wake remembers, of which it is one, stands first
+    ranked = sorted(forms.values(), key=lambda test: -test.gain)
+    assert lag in ranked[:QUICK_FITS]
+    other = next(test for test in ranked if test is not lag)
+    assert "goes with the wake's amplitude" in other.variant.label
+    assert null.with_variants(other.variant, start=other.start).log_evidence - null.log_evidence > other.gain
 
 
 def test_a_force_in_two_rigs_of_three_is_found_where_another_form_promises_more() -> None:
