@@ -384,7 +384,7 @@ def test_what_stands_beside_the_unknown_is_judged_beside_it_and_reported():
     place = found.places["stiffness_nonlinearity"]
     assert [variant.effect for variant in place.base.hypothesis.variants] == ["unknown"]
     assert 0.5 <= found.also["stiffness_nonlinearity"] < 1.0
-    (size,) = found_parameters(found, "stiffness_nonlinearity").values()
+    size = found_parameters(found, "stiffness_nonlinearity")["size"]
     largest = float(found.data.layout.largest.max())
     assert size["form"] == f"{place.best.variant.label}, at {largest:.3g} A/D, the largest", "no power law but there"
     assert found.base is not None

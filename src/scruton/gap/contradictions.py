@@ -150,7 +150,7 @@ def _pairs(data: GapData, records: list[str]) -> Iterator[_OutOfStep]:
         high = min(float(track.amplitude.max()) for track in tracks)
         low = max(*(float(track.amplitude.min()) for track in tracks), CLOCK_LOWEST * high)
         inside = [
-            (track.amplitude >= low) & (track.amplitude <= high) & np.isfinite(track.frequency / track.frequency_error)
+            (track.amplitude >= low) & (track.amplitude <= high) & np.isfinite(track.frequency_error)
             for track in tracks
         ]
         if min(map(np.count_nonzero, inside)) < CLOCK_CYCLES:
