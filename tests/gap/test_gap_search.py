@@ -62,7 +62,7 @@ def found(monkeypatch: pytest.MonkeyPatch) -> Search:
             )  # fmt: skip
             value = evidence.get(frozenset(names), 0.0)
             return SimpleNamespace(
-                log_evidence=value, mode=np.empty(0), names=tuple(names),
+                log_evidence=value, is_lost=False, mode=np.empty(0), names=tuple(names),
                 value=lambda _name, k: (size(names[k], len(names)), np.full(1, 0.1)),
                 with_variants=lambda variant, start: fit((*names, variant.name)),
                 hypothesis=SimpleNamespace(null=None, variants=variants, data=DATA), table=np.ones((1, COLUMNS)),

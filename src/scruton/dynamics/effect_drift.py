@@ -124,14 +124,13 @@ def drift_of(a, lagged, x, w, wind, still, drive, force, hats, knots):  # type: 
     else:
         f += wind * (wind * drive - slow * b)
     if x[_LATE, w] != 0.0:
-        part = x[_LATE, w]
+        late = steep = x[_LATE, w]
         if x[_LAG_KIND, w] > 2.5:
-            share = wind * wind * drive / max(abs(a), 1e-12)
-            f += part * share * (lagged - a)
-            d -= part * share * lagged / max(abs(a), 1e-12)
-        else:
-            f += part * (lagged - a)
-            d -= part
+            now = max(abs(a), 1e-12)
+            late *= wind * wind * drive / now
+            steep = late * lagged / now
+        f += late * (lagged - a)
+        d -= steep
     if hats:
         log_a = np.log(max(a, 1e-300))
         excess, slope = _hat(x, w, log_a, knots)

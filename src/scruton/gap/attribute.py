@@ -68,7 +68,7 @@ def weigh(
     What is `known` of one of them, beside another base, is fitted from where it was found, too.  Beside a base whose
     evidence is no number nothing is worth more than that.
     """
-    if not _is_known(base):
+    if base.is_lost:
         return {effect.name: Candidate(effect.name, LOST, None) for effect in effects}
     screen = Screen(base)
     with ThreadPoolExecutor(workers) as pool:  # the filter lets go of the interpreter
@@ -103,7 +103,7 @@ def weigh(
         fitted = [(test, fit) for test, fit in zip(chosen, found, strict=True) if test.variant.effect == effect.name]
         # What was not fitted has its share of the prior all the same, so that many hopeless variants dilute.
         logs = [
-            np.log(test.variant.weight / total) + fit.log_evidence + (log_noticeable(fit) if _is_known(fit) else 0.0)
+            np.log(test.variant.weight / total) + fit.log_evidence + (0.0 if fit.is_lost else log_noticeable(fit))
             for test, fit in fitted
         ]
         if fitted:
@@ -116,11 +116,6 @@ def weigh(
             evidence, best = base.log_evidence + min(max((t.gain for t in tests), default=-np.inf), -1.0), None
         candidates[effect.name] = Candidate(effect.name, evidence, best)
     return candidates
-
-
-def _is_known(fit: FittedHypothesis) -> bool:
-    """Whether the evidence is a number."""
-    return fit.log_evidence > LOST
 
 
 def _twins(

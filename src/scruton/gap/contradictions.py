@@ -83,10 +83,8 @@ def regrowths(data: GapData) -> list[Contradiction]:
         low = int(np.argmin(level[: high + 1]))
         if rise[high] < REGROWS_SIGMAS * error:
             continue
-        at, span = (
-            max(float(level[low]), error),
-            2.0 * np.pi * track.reference_frequency * float(time[high] - time[low]),
-        )
+        at = max(float(level[low]), error)
+        span = 2.0 * np.pi * track.reference_frequency * float(time[high] - time[low])
         seen = f"grows again in still air, from {level[low]:.3g} to {level[high]:.3g} at {time[high]:.4g} s"
         found.append(
             Contradiction(

@@ -55,6 +55,11 @@ class FittedHypothesis:
     log_prior: float
     log_evidence: float
 
+    @property
+    def is_lost(self) -> bool:
+        """Whether its evidence is no number."""
+        return self.log_evidence <= LOST
+
     def value(self, name: str, variant: int | None = None) -> tuple[FloatArray, FloatArray]:
         """Mode and standard deviation of a parameter in its sampled coordinate, (members,) each."""
         where = self.hypothesis.slices[variant, name]
@@ -269,11 +274,14 @@ class Hypothesis:
         return v, log_s, weight
 
     @_LOST_OR_NOT
-    def scores(self, u: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Log posterior, gradient (d,) and Fisher information with the prior's precision (d, d)."""
+    def scores(self, u: FloatArray, *, deaf: int | None = None) -> tuple[float, FloatArray, FloatArray]:
+        """Log posterior, gradient (d,) and Fisher information with the prior's precision (d, d).
+
+        Gradient and information are those of the other two where one of the three channels is not heard.
+        """
         location, scale = self.prior
         gradient, fisher = -(u - location) / scale**2, np.diag(1.0 / scale**2)
-        v, log_s, weight = self.add_scores(u, gradient, fisher)
+        v, log_s, weight = self.add_scores(u, gradient, fisher, deaf=deaf)
         value = -0.5 * float(np.sum(v * (v * weight) + log_s + _LOG_2PI)) + float(self.log_prior(u[None])[0])
         return value, gradient, fisher
 

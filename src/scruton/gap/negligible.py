@@ -72,10 +72,8 @@ def _heard(k: int, fit: FittedHypothesis) -> float:
     bent = any(other.effect == "stiffness_nonlinearity" for other in hypothesis.variants)
     if variant.effect != "sensor_gain_error" or not bent:
         return np.inf
-    location, scale = hypothesis.prior
-    gradient, fisher = -(fit.mode - location) / scale**2, np.diag(1.0 / scale**2)
-    hypothesis.add_scores(fit.mode, gradient, fisher, deaf=PHASE)
-    covariance = inverse(fisher, scale)
+    _, gradient, fisher = hypothesis.scores(fit.mode, deaf=PHASE)
+    covariance = inverse(fisher, hypothesis.prior[1])
     where = hypothesis.slices[k, variant.size]
     size, sd = (fit.mode + covariance @ gradient)[where], np.sqrt(np.diag(covariance))[where]
     return float(np.max(0.5 * (size / sd) ** 2))

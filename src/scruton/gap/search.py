@@ -146,7 +146,7 @@ def search(
     together = list(chain.found)
     while len(together) > 1:
         places = _settled(null, together, beside)
-        if any(place.base.log_evidence <= thresholds.LOST for place in places):  # what goes with no other is no name
+        if any(place.base.is_lost for place in places):  # what goes with no other is no name
             break
         gains = [place.best.log_evidence - place.base.log_evidence for place in places]
         # What joined beside a form that another has replaced since may mend nothing any more.

@@ -240,12 +240,14 @@ def _memory(layout: Layout) -> list[Variant]:
         bend(table, values, layout)
         follow(table, values, layout)
 
-    def following(kind: float) -> Apply:
+    def power_of_drive(table: FloatArray, values: Values, _layout: Layout) -> None:
+        add(table, Term.LATE, values["part"])
+
+    def following(late: Apply, kind: float) -> Apply:
         neither = _lagging(kind, 1.0)
 
         def apply(table: FloatArray, values: Values, layout: Layout) -> None:
-            # Of a kind-2 part the rate is meant at every rig's own frequency, of a kind-3 one there is none.
-            add(table, Term.LATE, values["part"] * (layout.rate if kind < 2.5 else 1.0))
+            late(table, values, layout)
             # An amplitude is that of a cycle: what follows sooner than by one has no lag, and would be of the noise.
             neither(table, {**values, "lag": values["lag"] + (values["lag"] > 0.0)}, layout)
 
@@ -275,12 +277,16 @@ def _memory(layout: Layout) -> list[Variant]:
         Variant("the wake's amplitude sets the force, from rest", (lag,), _lagging(0.0, 0.0), scope),
         *([Variant(pushed, (lag, start), _lagging(0.0, 0.0), scope, 0.5)] if decays.max() >= 0 else []),
         # A drive that grows with the amplitude and follows it late slows growth and decay down.
-        Variant("a part of the drive follows the amplitude", (part, after), following(2.0), scope, size="lag"),
+        Variant(
+            "a part of the drive follows the amplitude", (part, after), following(adding(part=Term.LATE), 2.0), scope,
+            size="lag",
+        ),
         # All of it by its own amplitude over what the wake remembers, which leaves what is stable where it was.
         Variant(
-            "the drive goes with the wake's amplitude over that now", (power, after), following(3.0), scope, size="lag"
+            "the drive goes with the wake's amplitude over that now", (power, after), following(power_of_drive, 3.0),
+            scope, size="lag",
         ),
-    ]
+    ]  # fmt: skip
 
 
 def _shedding(table: FloatArray, values: Values, layout: Layout) -> None:

@@ -85,17 +85,11 @@ def _rate(table: FloatArray, amplitude: FloatArray) -> FloatArray:
     return np.asarray(table[:, :, Term.STRUCTURAL] + (linear + square * amplitude) * amplitude + rise * part)
 
 
-def _largest_of_rig(layout: Layout) -> FloatArray:
-    """Largest amplitude of each record's rig in still air, or in wind where that rig has no such record, (R,)."""
-    still = np.array([layout.largest[(layout.rig == rig) & ~layout.wind].max(initial=0.0) for rig in layout.rig])
-    return np.where(still > 0.0, still, [layout.largest[layout.rig == rig].max() for rig in layout.rig])
-
-
 def _stated_at(apply: Apply) -> Apply:
     """The same where what is stated is the damping of a larger amplitude: a mean over a decay, or that of a test."""
 
     def moved(table: FloatArray, values: Values, layout: Layout) -> None:
-        at = values["stated"] * _largest_of_rig(layout)
+        at = values["stated"] * layout.largest_of_rig
         before = _rate(table, at)
         apply(table, values, layout)
         add(table, Term.STRUCTURAL, before - _rate(table, at))

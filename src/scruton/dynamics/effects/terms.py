@@ -15,6 +15,7 @@ coefficients from its parameters: it knows no data and no inference.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
+from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -184,6 +185,12 @@ class Layout:
         """Whether each record was made in wind, (R,) of bool."""
         wind: IntArray = self.test >= 0
         return wind
+
+    @cached_property
+    def largest_of_rig(self) -> FloatArray:
+        """Largest amplitude of each record's rig in still air, or in wind where that rig has no such record, (R,)."""
+        still = np.array([self.largest[(self.rig == rig) & ~self.wind].max(initial=0.0) for rig in self.rig])
+        return np.where(still > 0.0, still, [self.largest[self.rig == rig].max() for rig in self.rig])
 
     @property
     def rate(self) -> FloatArray:
