@@ -60,6 +60,19 @@ EFFECTS = {
     "cubic": ({"AERO_SQUARE": 40.0}, lambda a: -40.0 * a**3),
     "fifth": ({"AERO_FOURTH": 8000.0}, lambda a: -8000.0 * a**5),
     "coherence": ({"COHERENCE": 0.02}, lambda a: -LAM * A_STAR * np.exp(-a / 0.02)),
+    "coherence to a floor": (
+        {"COHERENCE": 0.02, "COHERENCE_POWER": 2.0, "COHERENCE_FLOOR": 0.3},
+        lambda a: -0.7 * LAM * A_STAR * (1.0 - a / np.hypot(a, 0.02)),
+    ),
+    "friction of a power": (
+        {"FRICTION": 0.002, "FRICTION_WIDTH": 1e-4, "FRICTION_POWER": -0.3},
+        lambda a: -0.002 * a**-0.3 * a / np.sqrt(a * a + 1e-8),
+    ),
+    "friction less at speed": (
+        {"FRICTION": 0.002, "FRICTION_WIDTH": 1e-4, "FRICTION_HUMP": 0.5, "FRICTION_HUMP_AT": 0.03},
+        lambda a: -0.002 * (1.0 + 0.5 / (1.0 + (a / 0.03) ** 2)) * a / np.sqrt(a * a + 1e-8),
+    ),
+    "law of a power": ({"LAW_POWER": -2.0, "LAW_EXPONENT": 0.7}, lambda a: -2.0 * a**1.7),
     "levels": (
         {"STRUCTURAL_RISE": 0.2, "STRUCTURAL_KNEE": 0.03, "STRUCTURAL_POWER": 2.0},
         lambda a: -0.2 * a**3 / (a * a + 9e-4),
@@ -100,7 +113,17 @@ ALONE = {
     "hysteresis": {"FRICTION": 0.004, "FRICTION_WIDTH": 0.01, "FRICTION_SPRING": 1e-3},
     "structural": {"STRUCTURAL": 0.05, "STRUCTURAL_LINEAR": 1.0, "STRUCTURAL_SQUARE": 10.0},
     "aerodynamic": {"AERO_LINEAR": 1.0, "AERO_SQUARE": 10.0, "AERO_FOURTH": 500.0},
+    "friction of a power": {"FRICTION": 0.004, "FRICTION_WIDTH": 1e-3, "FRICTION_POWER": -0.3},
+    "friction less at speed": {
+        "FRICTION": 0.004,
+        "FRICTION_WIDTH": 1e-3,
+        "FRICTION_SPRING": 1e-3,
+        "FRICTION_HUMP": 0.5,
+        "FRICTION_HUMP_AT": 0.03,
+    },
+    "law of a power": {"LAW_POWER": -1.0, "LAW_EXPONENT": 0.7},
     "coherence": {"COHERENCE": 0.02},
+    "coherence to a floor": {"COHERENCE": 0.02, "COHERENCE_POWER": 1.0, "COHERENCE_FLOOR": 0.3},
     "levels": {"STRUCTURAL_RISE": 0.2, "STRUCTURAL_KNEE": 0.03, "STRUCTURAL_POWER": 1.0},
     "falls": {"STRUCTURAL_RISE": -0.2, "STRUCTURAL_KNEE": 0.03, "STRUCTURAL_POWER": 0.0},
     "levels later": {"STRUCTURAL_RISE": 0.2, "STRUCTURAL_KNEE": 0.03, "STRUCTURAL_POWER": 2.0},

@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from scruton.calibrate.challenge import scenarios
 from scruton.calibrate.challenge.case import simulate_case
+from scruton.calibrate.challenge.sections import Body
 from scruton.campaign.schema import Campaign
 from scruton.dynamics.effect_drift import effect_drift
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Term
@@ -64,13 +66,13 @@ def test_a_lag_promises_what_it_gains_with_another_law() -> None:
 
 
 def test_a_force_in_two_rigs_of_three_is_found_where_another_form_promises_more() -> None:
-    """Beside a damping as A^4 all promise less than nothing, least of all the one that gains 180: each rig its own."""
+    """Beside a damping as A^4 other forms promise more, and keep less."""
     null, _ = null_of(9611, 36, ("aerodynamic_damping_nonlinearity", "vortex_shedding_forcing"), 0.2)
     base = weigh(null, [CATALOGUE["aerodynamic_damping_nonlinearity"]])["aerodynamic_damping_nonlinearity"].best
     assert base is not None
     found = weigh(base, [CATALOGUE["vortex_shedding_forcing"]], quick=CATALOGUE)["vortex_shedding_forcing"]
     assert found.variant is not None
-    assert found.variant.scope.extent is Extent.EACH_TEST
+    assert found.variant.scope.extent is Extent.SOME_TESTS
     assert found.log_evidence > base.log_evidence + 150.0
 
 
@@ -81,6 +83,26 @@ def test_a_damping_that_bends_the_wave_is_no_saturation_beside_itself() -> None:
     assert base is not None
     found = weigh(base, [CATALOGUE["sensor_clipping"]], quick=CATALOGUE)["sensor_clipping"]
     assert found.log_evidence < base.log_evidence + 4.0
+
+
+def test_what_refines_the_best_form_is_fitted_whatever_it_promises(monkeypatch) -> None:
+    """A range that ends more gently than with a power of eight: the power promises less than nothing from its start."""
+
+    def gently(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, dict[str, Any]]:
+        made, answer = scenarios.sensor_clipping(body, severity, rng)
+        return scenarios._changed(made, made.every, clip_sharpness=4.5), answer
+
+    monkeypatch.setitem(scenarios.SCENARIOS, "sensor_clipping", gently)
+    null, _ = null_of(
+        9431, 19, "sensor_clipping", 0.5
+    )  # where a range that ends on one side gains more than a power of 8
+    best = weigh(null, [CATALOGUE["sensor_clipping"]])["sensor_clipping"].best
+    assert best is not None
+    variant = best.hypothesis.variants[-1]
+    assert variant.refines
+    assert variant.form == f"{variant.refines}, more or less sharply"
+    sharpness = np.exp(best.value("sharpness", 0)[0])
+    assert sharpness == pytest.approx(4.5, rel=0.2)
 
 
 def test_a_force_whose_beats_gusts_follow_is_found() -> None:

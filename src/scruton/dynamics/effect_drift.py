@@ -4,15 +4,20 @@ import numpy as np
 
 from scruton.compiled import njit
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
-from scruton.dynamics.friction import hysteresis
+from scruton.dynamics.friction import at_speed, hysteresis
 
 _S1, _S2, _S3 = int(Term.STRUCTURAL), int(Term.STRUCTURAL_LINEAR), int(Term.STRUCTURAL_SQUARE)
 _RISE, _KNEE, _POWER = int(Term.STRUCTURAL_RISE), int(Term.STRUCTURAL_KNEE), int(Term.STRUCTURAL_POWER)
-_F, _FW, _FS = int(Term.FRICTION), int(Term.FRICTION_WIDTH), int(Term.FRICTION_SPRING)
+_F, _FW, _FS, _FP = (
+    int(Term.FRICTION), int(Term.FRICTION_WIDTH), int(Term.FRICTION_SPRING), int(Term.FRICTION_POWER)
+)  # fmt: skip
+_HUMP, _HUMP_AT = int(Term.FRICTION_HUMP), int(Term.FRICTION_HUMP_AT)
 _L1, _C, _L2, _L3, _L5 = (
     int(Term.AERO), int(Term.DRIVE), int(Term.AERO_LINEAR), int(Term.AERO_SQUARE), int(Term.AERO_FOURTH)
 )  # fmt: skip
 _COH, _LAG, _LAG_KIND, _LATE = int(Term.COHERENCE), int(Term.LAG), int(Term.LAG_KIND), int(Term.LATE)
+_COH_POWER, _COH_FLOOR = int(Term.COHERENCE_POWER), int(Term.COHERENCE_FLOOR)
+_LAW, _EXPONENT = int(Term.LAW_POWER), int(Term.LAW_EXPONENT)
 _TREND, _SINE, _ARCH = int(Term.TREND), int(Term.TREND_SINE), int(Term.TREND_ARCH)
 _TREND_DRIVE, _ARCH_DRIVE = int(Term.TREND_DRIVE), int(Term.TREND_DRIVE_ARCH)
 _JUMP, _JUMP_RATE = int(Term.JUMP), int(Term.JUMP_RATE)
@@ -74,7 +79,7 @@ def rough(c):  # type: ignore[no-untyped-def]
     """Whether a row of coefficients has terms that are no polynomial of the amplitude: 0, 1, or 2 with hats."""
     if has_hats(c):
         return 2.0
-    return 1.0 if c[_F] != 0.0 or c[_LAG] > 0.0 or c[_COH] > 0.0 or c[_RISE] != 0.0 else 0.0
+    return 1.0 if c[_F] != 0.0 or c[_LAG] > 0.0 or c[_COH] > 0.0 or c[_RISE] != 0.0 or c[_LAW] != 0.0 else 0.0
 
 
 @njit(cache=True, inline="always")
@@ -82,15 +87,20 @@ def drift_of(a, lagged, x, w, wind, still, drive, force, hats, knots):  # type: 
     """`effect_drift` of column w of a table on end, (COLUMNS or more, W), in a given wind."""
     f = -(still + a * (x[_S2, w] + a * x[_S3, w])) * a
     d = -still - a * (2.0 * x[_S2, w] + 3.0 * a * x[_S3, w])
-    if x[_FS, w] != 0.0:
-        loss, steep = hysteresis(a / x[_FW, w])
+    if x[_F, w] != 0.0:
+        if x[_FS, w] != 0.0:
+            loss, steep = hysteresis(a / x[_FW, w])
+            steep /= x[_FW, w]
+        else:
+            w2 = x[_FW, w] * x[_FW, w]
+            root = np.sqrt(a * a + w2)
+            loss, steep = a / root, w2 / (root * root * root)
+        if x[_FP, w] != 0.0 or x[_HUMP, w] != 0.0:
+            factor, slope = at_speed(max(abs(a), 1e-12), x[_FP, w], x[_HUMP, w], x[_HUMP_AT, w])
+            steep = factor * steep + slope * loss
+            loss *= factor
         f -= x[_F, w] * loss
-        d -= x[_F, w] * steep / x[_FW, w]
-    elif x[_F, w] != 0.0:
-        w2 = x[_FW, w] * x[_FW, w]
-        root = np.sqrt(a * a + w2)
-        f -= x[_F, w] * a / root
-        d -= x[_F, w] * w2 / (root * root * root)
+        d -= x[_F, w] * steep
     if x[_RISE, w] != 0.0:
         power = x[_POWER, w]
         knee, up = x[_KNEE, w], abs(a)
@@ -107,14 +117,26 @@ def drift_of(a, lagged, x, w, wind, still, drive, force, hats, knots):  # type: 
     at_once = x[_LAG, w] <= 0.0 or x[_LAG_KIND, w] > 1.5
     b = a if at_once else lagged
     slow = x[_L1, w] + b * (x[_L2, w] + b * (x[_L3, w] + b * b * x[_L5, w]))
+    steep = x[_L1, w] + b * (2.0 * x[_L2, w] + b * (3.0 * x[_L3, w] + 5.0 * b * b * x[_L5, w]))
+    if x[_LAW, w] != 0.0:
+        faster = x[_LAW, w] * max(abs(b), 1e-12) ** x[_EXPONENT, w]
+        slow -= faster
+        steep -= (1.0 + x[_EXPONENT, w]) * faster
     slope_drive = 0.0
     if x[_COH, w] > 0.0:
-        lost = np.exp(-max(b, 0.0) / x[_COH, w])
-        slope_drive = drive * lost / x[_COH, w]
-        drive *= 1.0 - lost
+        far, part = max(b, 0.0) / x[_COH, w], (1.0 - x[_COH_FLOOR, w]) * drive
+        if x[_COH_POWER, w] > 0.0:
+            power = x[_COH_POWER, w]
+            most = 1.0 + far**power
+            kept = far * most ** (-1.0 / power)
+            slope = most ** (-1.0 / power - 1.0)
+        else:
+            slope = np.exp(-far)
+            kept = 1.0 - slope
+        slope_drive = part * slope / x[_COH, w]
+        drive -= part * (1.0 - kept)
     if at_once:
         f += wind * (wind * drive - slow * a)
-        steep = x[_L1, w] + a * (2.0 * x[_L2, w] + a * (3.0 * x[_L3, w] + 5.0 * a * a * x[_L5, w]))
         d += wind * (wind * slope_drive - steep)
     elif x[_LAG_KIND, w] > 0.5:
         b = max(b, 1e-3 * abs(a) + 1e-12)

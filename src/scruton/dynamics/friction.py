@@ -23,6 +23,23 @@ def hysteresis(r):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
+def at_speed(a, power, hump, place):  # type: ignore[no-untyped-def]
+    r"""Factor on friction that goes with a power of the speed, or is less at speed than at rest, and its slope.
+
+    Averaged over a cycle both go with the amplitude a: of :math:`F (1 + h\,e^{-(v/v_h)^2})` it is near to
+    :math:`F (1 + h/(1 + (a/a_h)^2))`.
+    """
+    factor = a**power
+    slope = power * factor / a
+    if hump != 0.0:
+        x = a / place
+        left = 1.0 / (1.0 + x * x)
+        slope = slope * (1.0 + hump * left) - factor * hump * 2.0 * x * left * left / place
+        factor *= 1.0 + hump * left
+    return factor, slope
+
+
+@njit(cache=True)
 def stiffening(a, strength, width):  # type: ignore[no-untyped-def]
     """Rise of the frequency at amplitude a, over itself, by a strength pi F/(2 omega) that builds up over a width."""
     return strength / a * spring(a / width)

@@ -3,14 +3,15 @@
 from scruton.compiled import njit
 from scruton.dynamics import row
 from scruton.dynamics.effects.terms import Term
-from scruton.dynamics.friction import stiffening
+from scruton.dynamics.friction import at_speed, stiffening
 from scruton.dynamics.reading import third_of_bend
 
 _GAIN, _R = int(Term.GAIN), int(Term.NOISE)
 _DET, _PQ = int(Term.DETUNING), int(Term.PHASE_SCATTER)
 _ST1, _ST2, _ST4 = int(Term.STIFFNESS_LINEAR), int(Term.STIFFNESS), int(Term.STIFFNESS_FOURTH)
 _CREEP, _LOSS = int(Term.FREQUENCY_TREND), int(Term.FREQUENCY_LOSS)
-_FW, _FS = int(Term.FRICTION_WIDTH), int(Term.FRICTION_SPRING)
+_FW, _FS, _FP = int(Term.FRICTION_WIDTH), int(Term.FRICTION_SPRING), int(Term.FRICTION_POWER)
+_HUMP, _HUMP_AT = int(Term.FRICTION_HUMP), int(Term.FRICTION_HUMP_AT)
 _H3, _H3R = int(Term.THIRD), int(Term.THIRD_NOISE)
 
 
@@ -43,7 +44,10 @@ def stick(x, y, turned):  # type: ignore[no-untyped-def]
     for w in range(row.LANES):
         if x[_FS, w] != 0.0:
             a = max((y - x[row.LINE, w]) / (1.0 + x[_GAIN, w]), 1e-12)
-            x[row.ANGLE, w] += turned * stiffening(a, x[_FS, w], x[_FW, w])
+            strength = x[_FS, w]
+            if x[_FP, w] != 0.0 or x[_HUMP, w] != 0.0:
+                strength *= at_speed(a, x[_FP, w], x[_HUMP, w], x[_HUMP_AT, w])[0]
+            x[row.ANGLE, w] += turned * stiffening(a, strength, x[_FW, w])
 
 
 @njit(cache=True, inline="always")

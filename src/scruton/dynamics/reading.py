@@ -33,7 +33,11 @@ def saturated_reading(a, level, soft):  # type: ignore[no-untyped-def]
         for j in range(_ANGLES):
             cosine = _COSINE[j]
             z = x * cosine
-            if soft > 1.5:
+            if soft > 2.5:
+                most = 1.0 + abs(z) ** soft
+                root = most ** (1.0 / soft)
+                t, steep = z / root, 1.0 / (root * most)
+            elif soft > 1.5:
                 # z / (1 + z^8)^(1/8): rounded, but sharper than tanh
                 z2 = z * z
                 z8 = z2 * z2 * z2 * z2

@@ -14,7 +14,7 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE, Effect, Layout
 from scruton.dynamics.effects.effect import DAMPING, DRIVE, FREQUENCY, REPEATED, Extent, Parameter, Variant
 from scruton.gap.hypothesis import FittedHypothesis
-from scruton.gap.screen import ScoreTest, Screen
+from scruton.gap.screen import ScoreTest, Screen, first_starts
 from scruton.gap.thresholds import (
     CREEP,
     FIT_SHARE,
@@ -24,6 +24,7 @@ from scruton.gap.thresholds import (
     MOST_FITS,
     NOTICED,
     QUICK_FITS,
+    REFINED_NATS,
     REPEATS,
 )
 
@@ -95,6 +96,8 @@ def weigh(
         if known is not None and known.variant is not None:
             others.append(ScoreTest(known.variant, 0.0, known.optimum))
         chosen, found = [*chosen, *others], [*found, *fits(others)]
+        finer = list(_refinements(base, tested, chosen, found))
+        chosen, found = [*chosen, *finer], [*found, *fits(finer)]
     twins = list(_twins(base, [test for tests in tested for test in tests], chosen, found))
     chosen, found = [*chosen, *(test for test, _ in twins)], [*found, *(fit for _, fit in twins)]
     candidates = {}
@@ -116,6 +119,31 @@ def weigh(
             evidence, best = base.log_evidence + min(max((t.gain for t in tests), default=-np.inf), -1.0), None
         candidates[effect.name] = Candidate(effect.name, evidence, best)
     return candidates
+
+
+def _refinements(
+    base: FittedHypothesis,
+    tested: Sequence[Sequence[ScoreTest]],
+    chosen: Sequence[ScoreTest],
+    found: Sequence[FittedHypothesis],
+) -> Iterator[ScoreTest]:
+    """What refines the best of an effect's forms that may be refined, where that gains much: from where it was found.
+
+    With the base held still it promises nothing beside a form that is nearly right.
+    """
+    fitted = {test.variant.identity for test in chosen}
+    for tests in tested:
+        finer = {test.variant.plain: test for test in tests if test.variant.refines}
+        plain = [(fit.log_evidence, i) for i, fit in enumerate(found) if chosen[i].variant.identity in finer]
+        if not plain or (best := max(plain))[0] < base.log_evidence + REFINED_NATS:
+            continue
+        variant, fit = chosen[best[1]].variant, found[best[1]]
+        at = len(fit.hypothesis.variants) - 1
+        optimum = {p.name: fit.value(p.name, at)[0] for p in variant.parameters}
+        for test in tests:
+            own = test.variant
+            if own.refines and own.plain == variant.identity and own.identity not in fitted:
+                yield ScoreTest(own, test.gain, first_starts(own) | optimum)
 
 
 def _twins(

@@ -201,9 +201,11 @@ def diagnose_data(
     if final is None or (top == UNKNOWN and final.log_evidence <= first.base.log_evidence):
         final = first.base
     further = {place.best.name: place for place in others if place.best.name != top}
-    beside = {name: probable(place) for name, place in further.items()}
-    attributed = () if top == NONE else (top, *beside)
     checks.setdefault(top, check(final))
+    # Beside what leaves a phase that can be foretold, no further name is sure either: it mends the form of the first.
+    doubted = top != NONE and _refuted(checks[top], top, data)
+    beside = {name: _in_its_place(place, prior, prior_none, doubted=doubted) for name, place in further.items()}
+    attributed = () if top == NONE else (top, *beside)
     tell("done", 1.0)
     groups = _groups(gains, top)
     return Diagnosis(
@@ -232,12 +234,27 @@ def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
     return diagnose_data(data, data.campaign, **options)  # type: ignore[arg-type]
 
 
-def _in_its_place(place: Place, prior: Mapping[str, float], prior_none: float) -> dict[str, float]:
+def _in_its_place(
+    place: Place, prior: Mapping[str, float], prior_none: float, *, doubted: bool = False
+) -> dict[str, float]:
     """Probabilities of what might stand in the place of a further effect, the others found in the model."""
     weights = place.gains | {NONE: 0.0}
     if UNKNOWN in weights:  # it is judged by the rule that it joined by
-        weights[UNKNOWN] -= slack_of_further(weights[place.best.name])
+        own = weights[place.best.name]
+        weights[UNKNOWN] -= slack_of_further(own)
+        if doubted:
+            weights[UNKNOWN] = max(weights[UNKNOWN], own - thresholds.UNEARNED_NATS)
     return probabilities(weights, prior, prior_none)
+
+
+def _refuted(mark: Check, name: str, data: GapData) -> bool:
+    """Whether a model leaves records in wind that vary more in one part than in another, or a phase to be foretold.
+
+    A wind that drifts moves the frequency, too.
+    """
+    run = name in CATALOGUE and CATALOGUE[name].belongs is Belongs.RUN
+    foretold = mark.phase < thresholds.FORETOLD and not run
+    return bool(data.layout.wind.any()) and (mark.spread < thresholds.SPREADS or foretold)
 
 
 def _judged(
@@ -276,11 +293,7 @@ def _judged(
         rival = leader is not base and gains[best.name] > thresholds.HOLDS_BACK_NATS
         if ahead and rival and not _earned(leader, best, rivals[UNKNOWN], workers):
             gains[UNKNOWN] = gains[best.name] - thresholds.UNEARNED_NATS
-        # A name whose model leaves records in wind that vary more in one part than in another, or a phase that can be
-        # foretold, is not sure; but a wind that drifts moves the frequency, too.
-        foretold = mark.phase < thresholds.FORETOLD and CATALOGUE[best.name].belongs is not Belongs.RUN
-        refuted = mark.spread < thresholds.SPREADS or foretold
-        if rival and refuted and null.hypothesis.data.layout.wind.any():
+        if rival and _refuted(mark, best.name, null.hypothesis.data):  # then it is not sure
             gains[UNKNOWN] = max(gains[UNKNOWN], gains[best.name] - thresholds.UNEARNED_NATS)
         # What beats with the response in still air, too, is no shedding, however well its equation follows.
         if rival and CATALOGUE[best.name].channel == "spectrum" and _beats_in_still_air(unexplained, leader):

@@ -10,10 +10,10 @@ from scruton.compiled import njit
 from scruton.dynamics.cycles import Channels
 from scruton.dynamics.effect_drift import effect_drift, has_hats
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
-from scruton.dynamics.effects.effect import Extent
+from scruton.dynamics.effects.effect import SOME, Extent
 from scruton.dynamics.effects.terms import Term
 from scruton.dynamics.extended import channel_innovations
-from scruton.dynamics.friction import stiffening
+from scruton.dynamics.friction import at_speed, stiffening
 from scruton.dynamics.reading import saturated_reading, third_of_bend
 from scruton.gap.data import FLOOR, GapData
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
@@ -22,7 +22,8 @@ from scruton.gap.null_model import null_model
 _LAG, _LAG_START = int(Term.LAG), int(Term.LAG_START)
 _FC, _FS, _FR = int(Term.FORCE_COS), int(Term.FORCE_SIN), int(Term.FORCE_RATE)
 _GAIN, _CLIP, _SOFT, _THIRD = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT), int(Term.THIRD)
-_STICK, _WIDTH = int(Term.FRICTION_SPRING), int(Term.FRICTION_WIDTH)
+_STICK, _WIDTH, _POWER = int(Term.FRICTION_SPRING), int(Term.FRICTION_WIDTH), int(Term.FRICTION_POWER)
+_HUMP, _HUMP_AT = int(Term.FRICTION_HUMP), int(Term.FRICTION_HUMP_AT)
 _LOSS = int(Term.FREQUENCY_LOSS)
 _DET, _ST1, _ST2, _ST4 = (
     int(Term.DETUNING), int(Term.STIFFNESS_LINEAR), int(Term.STIFFNESS), int(Term.STIFFNESS_FOURTH)
@@ -80,7 +81,9 @@ def in_layout_of(data: GapData, hypothesis: Hypothesis) -> Hypothesis:
             raise LookupError(variant.label)
         same_records = np.zeros(len(data.layout.records), dtype=bool)
         same_records[: variant.scope.records.size] = variant.scope.records
-        chosen = variant.scope.extent is Extent.SOME_RECORDS  # by what was seen: not by one that is still to come
+        chosen = variant.scope.extent in SOME  # by what was seen: not by one that is still to come, but of such a test
+        if variant.scope.extent is Extent.SOME_TESTS:
+            same_records = np.isin(data.layout.test, data.layout.test[same_records])
         variants.append(same[0].within(same_records) if chosen else same[0])
     return Hypothesis(null_model(data), tuple(variants))
 
@@ -113,7 +116,8 @@ def _run(c, start, cycles, period, omega, knots):  # type: ignore[no-untyped-def
         if k > 0:
             phase += (omega * ((1.0 + c[_DET]) * (1.0 + m * (c[_ST1] + m * (c[_ST2] + m * m * c[_ST4]))) - 1.0)) * dt
             if c[_STICK] != 0.0:
-                phase += omega * dt * stiffening(m, c[_STICK], c[_WIDTH])
+                strength = c[_STICK] * at_speed(m, c[_POWER], c[_HUMP], c[_HUMP_AT])[0]
+                phase += omega * dt * stiffening(m, strength, c[_WIDTH])
         chi = c[_FR] * k * period - phase
         force = c[_FC] * np.cos(chi) + c[_FS] * np.sin(chi)
         if k > 0:

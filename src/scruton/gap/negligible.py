@@ -4,9 +4,9 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import Layout, Variant
-from scruton.dynamics.effects.aerodynamic import late_share
 from scruton.dynamics.effects.effect import POWERS
 from scruton.dynamics.effects.terms import COLUMNS, Term
+from scruton.dynamics.effects.wake import late_share
 from scruton.dynamics.reading import inverse_reading
 from scruton.gap.blocks import PHASE
 from scruton.gap.hypothesis import FittedHypothesis

@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE, Layout
-from scruton.dynamics.effects.effect import Extent, Parameter, Variant
+from scruton.dynamics.effects.effect import SOME, Parameter, Variant
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
 from scruton.dynamics.limit_cycle import amplitude_rates, limit_cycle_amplitude
 from scruton.gap.thresholds import CLOSES_NOTHING
@@ -95,7 +95,7 @@ def close_rows(rows: Rows) -> tuple[Closed, ...]:
     for effect in CATALOGUE.values():
         options = []
         for variant in effect.variants(layout):
-            of_some = variant.scope.extent is Extent.SOME_RECORDS  # which, no score test says here
+            of_some = variant.scope.extent in SOME  # which, no score test says here
             if variant.scan or of_some or effect.channel == "frequency":
                 continue
             problem = _Problem(rows, layout, variant)

@@ -14,7 +14,7 @@ from scipy.special import logsumexp
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import Effect
-from scruton.dynamics.effects.effect import Extent, Parameter, Variant
+from scruton.dynamics.effects.effect import SOME, Extent, Parameter, Variant
 from scruton.dynamics.extended import channel_innovations
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.thresholds import FEWEST_BEATS, MOST_DETUNING
@@ -252,10 +252,10 @@ class Screen:
             gains[g] = float(logsumexp(summed)) - np.log(len(grid))
             chosen[inside] = step[best[g]]
         total = float(gains.sum())
-        if variant.scope.extent is Extent.SOME_RECORDS and not alike:
+        if variant.scope.extent in SOME and not alike:
             order, of_each = np.argsort(-gains), variant.scope.members
             variant, total = _in_some(variant, of_each, order, lambda some: float(gains[some].sum()))
-            best = best[scanned.members[variant.scope.records]]
+            best = best[np.unique(scanned.members[variant.scope.records])]
             named = {p.name: p for p in variant.parameters}
         start = first_starts(variant) | {scanned.name: grid[best]}
         begin = {"size": chosen[:, 0]}  # where it is nothing, nothing holds the place that was found
@@ -323,7 +323,7 @@ def _in_some(
 ) -> tuple[Variant, float]:
     """A variant in the best of its records, the first of an order of its members, and what it gains in them.
 
-    Any number of records from two to all but one is as probable, and of as many any set.
+    Any number of records (or tests) from two to all but one is as probable, and of as many any set.
     """
     count = order.size
     sets = [(order[:k], 1.0 / ((count - 2) * comb(count, k))) for k in range(2, count)]

@@ -92,6 +92,7 @@ QUICK_FITS = 2  # likewise, of those that might join or take a place: the score 
 # Nats behind the first variant of its effect, by what that promised or kept if less, at which another is still fitted.
 FIT_WITHIN = 6.0
 FIT_SHARE = 0.4  # of the larger of the two, added to it, for score tests hold to second order
+REFINED_NATS = 20.0  # that a form gains, from which what refines it is fitted whatever it promises
 HOPELESS = -1.0  # nats: score tests below are taken at their word
 MOST_DETUNING = 0.2  # of the frequency, to which a force off the response is sought
 DETUNING_MARGIN = 0.05  # beyond it, in which a line may still be such a force's: its width in a short record

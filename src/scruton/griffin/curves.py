@@ -1,7 +1,7 @@
 """The Griffin curve that the peak tests share: its draws, law by law and laws mixed, and with an effect in it."""
 
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -22,6 +22,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 PORTION = 16  # Scruton numbers that are computed at once: of 8,192 draws a whole figure's take 200 MB on the way
+
+
+def portions(count: int) -> Iterator[slice]:
+    """Columns of Scruton numbers that are computed at once, one portion after the other."""
+    return (slice(first, first + PORTION) for first in range(0, count, PORTION))
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,8 +128,7 @@ class SharedCurve:
         """Stable amplitude of a new setting whose standardised deviation is z, (S,), on (S, n_sc)."""
         grid = np.atleast_1d(scruton_numbers)
         found = np.empty((len(self.n), grid.shape[-1]))
-        for first in range(0, grid.shape[-1], PORTION):
-            columns = slice(first, first + PORTION)
+        for columns in portions(grid.shape[-1]):
             by_laws = self.at(grid[..., columns])
             found[:, columns] = by_laws * np.exp(self.setting(grid[..., columns], by_laws).off(z))
         return found

@@ -16,7 +16,7 @@ from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
 from scruton.dynamics.laws import index_of
 from scruton.dynamics.scruton_number import factor as scruton_number_factor
-from scruton.griffin.curves import LawCurves, SharedCurve
+from scruton.griffin.curves import LawCurves, SharedCurve, portions
 from scruton.griffin.law_free import LawFree
 from scruton.sizing.bridge import Bridge, Mode
 from scruton.sizing.span import CurveTable, EffectOnSpan, IncoherentCurve, IntArray, Strips, effect_on_span, strips
@@ -268,14 +268,20 @@ class Draws:
         """Stable amplitude [m] or [rad] with added damping, shaped as `scruton_number`; zero where vibration dies."""
         sc = self.scruton_number(added)
         square = sc.reshape(len(self), -1)
-        on_curve = self.on_curve(square)
-        away = np.exp(self.curve.setting(square, on_curve).off(self.discrepancy))
-        return (self.scale[:, None] * on_curve * away).reshape(sc.shape)
+        found = np.empty(square.shape)
+        for columns in portions(square.shape[1]):
+            on_curve = self.on_curve(square[:, columns])
+            away = np.exp(self.curve.setting(square[:, columns], on_curve).off(self.discrepancy))
+            found[:, columns] = self.scale[:, None] * on_curve * away
+        return found.reshape(sc.shape)
 
     def spread(self, added: FloatArray) -> FloatArray:
         """Sd of ln(amplitude) that the discrepancy between settings means, with (1, K) or (N, K) added damping."""
         sc = self.scruton_number(added)
-        return self.curve.setting(sc, self.on_curve(sc)).spread
+        found = np.empty(sc.shape)
+        for columns in portions(sc.shape[1]):
+            found[:, columns] = self.curve.setting(sc[:, columns], self.on_curve(sc[:, columns])).spread
+        return found
 
     def on_curve(self, sc: FloatArray) -> FloatArray:
         """Amplitude of the section by the laws that the mode's comes from, A/D or rad, at (N, K) Scruton numbers."""

@@ -21,6 +21,7 @@ STEP = 1e-4  # of the finite differences, in units of the search's own scale
 FLAT = 1e-2  # slope in those units at which a search ends: less than a hundredth of a nat from the top
 SHORTEST, LONGEST = 1e-6, 5.0  # step in those units at which it ends, too, and that no step exceeds
 MOST_TRIALS = 400  # steps tried in one search
+STALLED, PATIENCE = 1e-3, 25  # nats that so many steps have to gain: what gains less is at the top, or on its rim
 
 
 def find_optimum(posterior: Posterior, rng: np.random.Generator, guesses: int = 256, starts: int = 3) -> StudentT:
@@ -104,7 +105,8 @@ def climb_side_by_side(posterior: Posterior, starts: FloatArray, scale: FloatArr
     Returns
     -------
     (K, d) array
-        Where no component of the gradient exceeds `FLAT`, or no step along the search's direction gains any more.
+        Where no component of the gradient exceeds `FLAT`, no step along the search's direction gains any more, or
+        many steps have gained next to nothing.
     """
     count, d = starts.shape
     z, inverse = starts / scale, np.zeros((count, d, d))
@@ -121,6 +123,7 @@ def climb_side_by_side(posterior: Posterior, starts: FloatArray, scale: FloatArr
     begin(np.arange(count))
     length = np.minimum(1.0, 1.0 / np.maximum(np.linalg.norm(way, axis=1), 1e-300))
     going = np.abs(gradient).max(axis=1) > FLAT
+    mark, waited = value.copy(), np.zeros(count, dtype=int)  # what was last gained on, and steps since
     for _ in range(MOST_TRIALS):
         at = np.flatnonzero(going)
         if not at.size:
@@ -146,6 +149,10 @@ def climb_side_by_side(posterior: Posterior, starts: FloatArray, scale: FloatArr
         way[moved] = -np.einsum("kij,kj->ki", inverse[moved], gradient[moved])
         length[moved] = 1.0
         going[moved] = np.abs(gradient[moved]).max(axis=1) > FLAT
+        gained = value[at] < mark[at] - STALLED
+        mark[at[gained]] = value[at[gained]]
+        waited[at] = np.where(gained, 0, waited[at] + 1)
+        going[at[waited[at] >= PATIENCE]] = False
     return z * scale
 
 

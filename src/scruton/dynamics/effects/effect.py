@@ -28,9 +28,11 @@ class Extent(StrEnum):
     EACH_RECORD = "each record"
     EACH_RECORD_OF_ONE_TEST = "each record of one test"
     SOME_RECORDS = "some records, each by its own"
+    SOME_TESTS = "some tests, each by its own"
     GROUPS = "groups of records"
 
 
+SOME = Extent.SOME_RECORDS, Extent.SOME_TESTS  # what is chosen by what is seen there
 # Extents that make sense of one rig or test alone, too; the others need several.
 _OF_ANY = (Extent.EVERYWHERE, Extent.IN_WIND, Extent.ONE_RIG_IN_WIND, Extent.EACH_TEST)
 
@@ -65,6 +67,11 @@ class Scope:
         return inside
 
 
+def in_wind(layout: Layout) -> Scope:
+    """Every record in wind, with one value."""
+    return Scope(Extent.IN_WIND, layout.in_wind())
+
+
 def scopes(layout: Layout, shares: Mapping[Extent, tuple[float, str]], *, wind: bool = False) -> list[Scope]:
     """Scopes that a campaign allows; those of one rig, test or record only where there are several.
 
@@ -95,6 +102,7 @@ def scopes(layout: Layout, shares: Mapping[Extent, tuple[float, str]], *, wind: 
         Extent.EACH_RECORD_OF_ONE_TEST: (len(tests), lambda: {i: layout.each(layout.test == i) for i in several}),
         # of all that might be meant: see `Variant.within`
         Extent.SOME_RECORDS: (len(records) - 2, lambda: {-1: layout.each(inside)}),
+        Extent.SOME_TESTS: (len(tests) - 1, lambda: {-1: layout.by_test()}),
     }
     return [
         Scope(extent, members, words, number, weight if number < 0 else weight / cases[extent][0])
@@ -171,6 +179,8 @@ class Variant:
         Log likelihood ratio of what the records show of it beside amplitude, phase and third harmonic [nats].
     effect : str
         Name of the effect that it is a form of, set by that effect; empty for none of the catalogue.
+    refines : str
+        Form, in the same scope, that it is with further parameters; empty for none.
     """
 
     form: str
@@ -183,6 +193,7 @@ class Variant:
     read_at: float = 1.0
     seen: float = 0.0
     effect: str = ""
+    refines: str = ""
 
     def __post_init__(self) -> None:
         if not self.size and self.parameters:
@@ -203,6 +214,11 @@ class Variant:
     def identity(self) -> tuple[str, str, Extent, int]:
         """Effect, form and scope: the same variant in another layout has the same."""
         return self.effect, self.form, self.scope.extent, self.scope.number
+
+    @property
+    def plain(self) -> tuple[str, str, Extent, int]:
+        """Identity of the variant that it refines."""
+        return self.effect, self.refines, self.scope.extent, self.scope.number
 
     def does_what(self, other: "Variant") -> bool:
         """Whether it is another's equation with the same priors in the same records, of whatever effect and weight."""

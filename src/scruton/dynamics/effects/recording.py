@@ -32,6 +32,7 @@ from scruton.dynamics.effects.terms import Belongs, Layout, Term, compact
 
 _ONE_SIDE = -1.0
 # Saturation: kind, and level over the largest reading.
+_BLUNTEST = 2.6  # power of a saturation that is rounded: below it is no edge
 _KINDS = (("hard", 0.0, 0.95), ("one-sided hard", _ONE_SIDE, 0.85), ("rounded", 2.0, 1.0), ("soft", 1.0, 1.6))
 # A change of the wind by s changes the damping by s (2 lambda - l), of which lambda or a little more is usual, so that
 # 0.2 of the wind is what 0.3 of the relaxation damping is.
@@ -227,7 +228,8 @@ def _clip(kind: float, by_rig: bool) -> Apply:
         if by_rig:
             for i in np.unique(layout.rig):
                 largest[layout.rig == i] = layout.largest[layout.rig == i].max()
-        _saturate(table, values["level"], largest, kind)
+        sharpness = np.maximum(values["sharpness"], _BLUNTEST) if "sharpness" in values else kind
+        _saturate(table, values["level"], largest, sharpness)
 
     return apply
 
@@ -299,6 +301,11 @@ def _clipped(layout: Layout) -> list[Variant]:
             level = Parameter("level", log, 0.4, scope.members, log=True, unit="largest reading", starts=starts)
             text = f"{form} saturation {whose}{{scope}}"
             variants.append(Variant(text, (level,), _clip(kind, by_rig), scope, scope.weight))
+            if form == "rounded" and scope.extent is not Extent.ONE_RECORD:
+                edge = float(np.log(5.0))
+                sharpness = Parameter("sharpness", edge, 0.4, scope.members, log=True, unit="power", starts=(edge,))
+                more, apply = f"{text}, more or less sharply", _clip(kind, by_rig)
+                variants.append(Variant(more, (level, sharpness), apply, scope, 0.3 * scope.weight, refines=text))
     return variants
 
 

@@ -8,6 +8,7 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import (
     DAMPING,
     DAMPING_RATIO,
+    FACTOR,
     REFERENCE,
     Apply,
     Effect,
@@ -33,8 +34,13 @@ _LEVELS = Term.STRUCTURAL_RISE, Term.STRUCTURAL_KNEE, Term.STRUCTURAL_POWER
 def _rub(table: FloatArray, values: Values, layout: Layout) -> None:
     # Of one force over the mass: 2 F/(pi omega) is what it takes from the amplitude in unit time.
     rate = layout.reference_rate * layout.reference_omega / layout.omega
-    add(table, Term.FRICTION, values["size"] * rate * layout.reference_amplitude)
-    width = values.get("width", _WIDTH)
+    width, power = values.get("width", _WIDTH), values.get("power", 0.0)
+    add(table, Term.FRICTION, values["size"] * rate * layout.reference_amplitude ** (1.0 - power))
+    table[:, :, Term.FRICTION_POWER] = np.where(values["size"] != 0.0, power, 0.0)
+    if "hump" in values:
+        table[:, :, Term.FRICTION_HUMP] = np.where(values["size"] != 0.0, values["hump"], 0.0)
+        place = values["place"] * layout.reference_amplitude
+        table[:, :, Term.FRICTION_HUMP_AT] = np.where(values["size"] != 0.0, place, 0.0)
     table[:, :, Term.FRICTION_WIDTH] = np.where(values["size"] != 0.0, width * layout.reference_amplitude, 0.0)
 
 
@@ -52,7 +58,10 @@ def _friction(layout: Layout) -> list[Variant]:
     }
     variants = [sized("{scope}", _rub, scope, positive=True) for scope in scopes(layout, sudden)]
     slow = {Extent.EVERYWHERE: (0.5, "in every rig"), Extent.ONE_RIG: (0.5, "in one rig")}
-    presliding = slow | {Extent.ALL_RIGS_BUT_ONE: (0.5, "in all rigs but one")}
+    presliding = slow | {
+        Extent.ALL_RIGS_BUT_ONE: (0.5, "in all rigs but one"),
+        Extent.EACH_RIG: (0.3, "in every rig, each its own"),
+    }
     centre = float(np.log(0.05))
     # Below its width it acts like oil, or, as Dahl's, like a spring, which the frequency shows.
     forms = (("smooth where it is slow, {scope}", _rub, slow), ("with presliding, {scope}", _stick, presliding))
@@ -61,6 +70,24 @@ def _friction(layout: Layout) -> list[Variant]:
             width = Parameter("width", centre, 1.0, scope.members, log=True, unit=REFERENCE, starts=(centre,))
             friction = sized(form, apply, scope, positive=True)
             variants.append(replace(friction, parameters=(*friction.parameters, width)))
+    # With the speed the force goes as a power of it, or is the less (Stribeck).
+    shared = [one for one in variants if one.scope.extent in slow and (one.apply is _stick or len(one.parameters) == 1)]
+    for one in shared:
+        members = one.scope.members
+        power = Parameter("power", 0.0, 0.35, members, unit="power", starts=(-0.25, 0.25))
+        hump = Parameter("hump", float(np.log(0.4)), 0.7, members, log=True, unit=FACTOR, starts=(float(np.log(0.4)),))
+        falls = tuple(float(np.log(x)) for x in (0.1, 0.4))
+        place = Parameter("place", falls[1], 1.0, members, log=True, unit=REFERENCE, starts=falls)
+        variants += [
+            replace(
+                one,
+                form=f"{one.form}, {words}",
+                parameters=(*one.parameters, *more),
+                weight=0.3 * one.weight,
+                refines=one.form,
+            )
+            for words, more in (("with a power of the speed", (power,)), ("less at speed", (hump, place)))
+        ]
     return variants
 
 
@@ -162,7 +189,14 @@ EFFECTS = (
         "Dry friction",
         "amplitude",
         Belongs.RIG,
-        (Term.FRICTION, Term.FRICTION_WIDTH, Term.FRICTION_SPRING),
+        (
+            Term.FRICTION,
+            Term.FRICTION_WIDTH,
+            Term.FRICTION_SPRING,
+            Term.FRICTION_POWER,
+            Term.FRICTION_HUMP,
+            Term.FRICTION_HUMP_AT,
+        ),
         DAMPING_RATIO,
         _friction,
     ),

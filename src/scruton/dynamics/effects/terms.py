@@ -1,7 +1,7 @@
 r"""The amplitude equation with every term that an effect may add, as a table of coefficients for each record.
 
 .. math:: \dot a = -(s_1 + w\,(1 - e^{-r(\tau + 1/2)}))\,a - s_2 a^2 - s_3 a^3 - F\frac{a}{\sqrt{a^2 + a_F^2}}
-          - (1 + \gamma\tau)\,(l_1 + l_2 a + l_3 a^2 + l_5 a^4)\,a_\ell^{*}
+          - (1 + \gamma\tau)\,(l_1 + l_2 a + l_3 a^2 + l_5 a^4 - k a^n)\,a_\ell^{*}
           + (1 + 2\gamma\tau)\,c\,(1 - e^{-a_\ell/a_c}) + p\,(a_\ell - a)
           + F_c\cos\chi + F_s\sin\chi + h + o + q\,\dot W
 
@@ -69,7 +69,8 @@ class Term(IntEnum):
     FORCE_RATE = 17, _WIND  # circular frequency of the shedding minus that of the demodulation [rad/s]
     GAIN = 18, _SENSOR  # reading over truth, minus 1
     CLIP = 19, _SENSOR  # level of saturation; 0: none
-    CLIP_SOFT = 20, _SENSOR  # 1: tanh, 2: z/(1 + z^8)^(1/8); 0: hard on both sides, -s: the other at CLIP/(1 - s)
+    # 1: tanh, 2: z/(1 + z^8)^(1/8), p > 2.5: z/(1 + z^p)^(1/p); 0: hard on both sides, -s: the other at CLIP/(1 - s)
+    CLIP_SOFT = 20, _SENSOR
     SCATTER = 21, _WIND  # q [amplitude/s^0.5]
     NOISE = 22, _SENSOR  # factor on standard errors
     DETUNING = 23, _RIG  # frequency over that of the demodulation, minus 1
@@ -106,9 +107,16 @@ class Term(IntEnum):
     STRUCTURAL_RISE = 53 + HATS, _RIG  # s: damping rate s a^p/(a^p + a_s^p), which levels off [1/s]
     STRUCTURAL_KNEE = 54 + HATS, _RIG  # a_s
     STRUCTURAL_POWER = 55 + HATS, _RIG  # p, that it begins as: 1 or 2; 0: s (1 - exp(-a/a_s))
+    FRICTION_POWER = 56 + HATS, _RIG  # of the amplitude, that friction goes with: F is what it is at one
+    LAW_POWER = 57 + HATS, _WIND  # k: growth k a^n at the rate of the amplitude [1/s per amplitude^n]
+    LAW_EXPONENT = 58 + HATS, _WIND  # n
+    COHERENCE_POWER = 59 + HATS, _WIND  # p: the drive goes as x/(1 + x^p)^(1/p), x = a/a_c; 0: 1 - exp(-x)
+    COHERENCE_FLOOR = 60 + HATS, _WIND  # share of the drive that is never lost
+    FRICTION_HUMP = 61 + HATS, _RIG  # h: friction is 1 + h/(1 + (a/a_h)^2) times what it is at speed (Stribeck)
+    FRICTION_HUMP_AT = 62 + HATS, _RIG  # a_h
 
 
-COLUMNS = int(Term.STRUCTURAL_POWER) + 1
+COLUMNS = int(Term.FRICTION_HUMP_AT) + 1
 BELONGS: dict[Term, Belongs] = {term: term.belongs for term in Term}
 
 
