@@ -29,6 +29,7 @@ from scruton.dynamics.thresholds import FAINT
 
 _LAG, _LAG_START = int(Term.LAG), int(Term.LAG_START)
 _FC, _FS, _FR = int(Term.FORCE_COS), int(Term.FORCE_SIN), int(Term.FORCE_RATE)
+_TWICE = int(Term.FORCE_TWICE)
 _GAIN, _CLIP, _SOFT = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT)
 _Q, _R = int(Term.SCATTER), int(Term.NOISE)
 _STICK = int(Term.FRICTION_SPRING)
@@ -92,10 +93,11 @@ def _block(data, table, here, low, high, moved, p0, knots, levels, v_out, s_out)
     for k in range(low, high):
         y, se, gap, period, now = data.amplitude[k], data.standard_error[k], data.gap[k], data.period[k], data.time[k]
         start = k == low or gap < 0.0
-        if lined or forced:
-            _oscillations(x, now, data.phase[k], lined, forced)
         if moved:
             _weather(x, data.place[k], now, period, warming)
+        if lined or forced:
+            _oscillations(x, now, data.phase[k], y, lined, forced)
+        if moved:
             if start:
                 _first(x, y, se, period, p0, knots)
                 dt = -1.0
@@ -190,17 +192,21 @@ def _weather(x, place, now, period, warming):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _oscillations(x, now, phase, lined, forced):  # type: ignore[no-untyped-def]
+def _oscillations(x, now, phase, y, lined, forced):  # type: ignore[no-untyped-def]
     """A second line in the reading, and shedding beside the response, in phase and out of it."""
     for w in range(row.LANES):
         if lined and (x[_LC, w] != 0.0 or x[_LS, w] != 0.0):
             turn = x[_LR, w] * now - phase
             x[row.LINE, w] = (x[_LC, w] * np.cos(turn) + x[_LS, w] * np.sin(turn)) * np.exp(-x[_LD, w] * now)
         if forced and (x[_FC, w] != 0.0 or x[_FS, w] != 0.0):
-            chi = x[_FR, w] * now - phase
+            chi = x[_FR, w] * now - (1.0 + x[_TWICE, w]) * phase
             cosine, sine = np.cos(chi), np.sin(chi)
-            x[row.FORCE, w] = x[_FC, w] * cosine + x[_FS, w] * sine
-            x[row.SIDE, w] = x[_FC, w] * sine - x[_FS, w] * cosine
+            along, across = x[_FC, w] * cosine + x[_FS, w] * sine, x[_FC, w] * sine - x[_FS, w] * cosine
+            if x[_TWICE, w] == 0.0:
+                x[row.FORCE, w], x[row.SIDE, w] = along, across
+            else:  # of a stiffness that pulses both go with the amplitude
+                x[row.STILL, w] -= along
+                x[row.SIDE, w] = across * max(y, 0.0)
 
 
 @njit(cache=True)

@@ -51,13 +51,42 @@ def saturated_reading(a, level, soft):  # type: ignore[no-untyped-def]
             third += t * _COSINE_THIRD[j]
         scale = 2.0 / _ANGLES
         return level * first * scale, slope * scale, third * scale / max(x, 1e-12)
+    if -2.5 < soft < -1.5:
+        return _loose(a, level)
     if x <= 1.0:
-        return a, 1.0, 0.0
+        return (a, 1.0, 0.0) if soft > -2.5 else (1e-3 * a, 1e-3, 0.0)
     share, slope, third = _cut(x)
+    if soft < -2.5:  # the rest of what ends there
+        return max(a * (1.0 - share), 1e-3 * a), 1.0 - slope, -third
     if soft < 0.0:  # the other side ends elsewhere, or not at all
         share_other, slope_other, third_other = _cut(x * max(1.0 + soft, 0.0))
         share, slope, third = 0.5 * (share + share_other), 0.5 * (slope + slope_other), 0.5 * (third + third_other)
     return a * share, slope, third
+
+
+@njit(cache=True)
+def _loose(a, play):  # type: ignore[no-untyped-def]
+    """The same of a sensor that follows with play: it stands until the motion has come back by twice the half width."""
+    first, third = _followed(a, play)
+    further, _ = _followed(a * 1.0001, play)
+    return abs(first), (abs(further) - abs(first)) / (1e-4 * a), third
+
+
+@njit(cache=True)
+def _followed(a, play):  # type: ignore[no-untyped-def]
+    """First harmonic, complex, of what follows a sine with play, and the third in phase with it, over the amplitude."""
+    if a <= 1.001 * play:
+        return 1e-3 * a + 0.0j, 0.0
+    stays = np.arccos(1.0 - 2.0 * play / a)  # angle from the crest at which it moves again
+    turn = np.exp(1j * stays)
+    turn2, turn3, turn4 = turn * turn, turn * turn * turn, turn * turn * turn * turn
+    first = (a - play) * (turn - 1.0) / 1j + play * (-1.0 - turn) / 1j
+    first += 0.5 * a * ((1.0 - turn2) / 2j + np.pi - stays)
+    third = (a - play) * (turn3 - 1.0) / 3j + play * (-1.0 - turn3) / 3j
+    third += 0.5 * a * ((1.0 - turn4) / 4j + (1.0 - turn2) / 2j)
+    first, third = 2.0 / np.pi * first, 2.0 / np.pi * third
+    phase = first / abs(first)
+    return first, (third / (phase * phase * phase)).real / a
 
 
 @njit(cache=True, inline="always")

@@ -20,7 +20,7 @@ from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.null_model import null_model
 
 _LAG, _LAG_START = int(Term.LAG), int(Term.LAG_START)
-_FC, _FS, _FR = int(Term.FORCE_COS), int(Term.FORCE_SIN), int(Term.FORCE_RATE)
+_FC, _FS, _FR, _TWICE = int(Term.FORCE_COS), int(Term.FORCE_SIN), int(Term.FORCE_RATE), int(Term.FORCE_TWICE)
 _GAIN, _CLIP, _SOFT, _THIRD = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT), int(Term.THIRD)
 _STICK, _WIDTH, _POWER = int(Term.FRICTION_SPRING), int(Term.FRICTION_WIDTH), int(Term.FRICTION_POWER)
 _HUMP, _HUMP_AT = int(Term.FRICTION_HUMP), int(Term.FRICTION_HUMP_AT)
@@ -118,10 +118,11 @@ def _run(c, start, cycles, period, omega, knots):  # type: ignore[no-untyped-def
             if c[_STICK] != 0.0:
                 strength = c[_STICK] * at_speed(m, c[_POWER], c[_HUMP], c[_HUMP_AT])[0]
                 phase += omega * dt * stiffening(m, strength, c[_WIDTH])
-        chi = c[_FR] * k * period - phase
-        force = c[_FC] * np.cos(chi) + c[_FS] * np.sin(chi)
+        chi = c[_FR] * k * period - (1.0 + c[_TWICE]) * phase
+        size = m if c[_TWICE] != 0.0 else 1.0
+        force = size * (c[_FC] * np.cos(chi) + c[_FS] * np.sin(chi))
         if k > 0:
-            phase += (c[_FC] * np.sin(chi) - c[_FS] * np.cos(chi)) / max(m, 1e-12) * dt
+            phase += size * (c[_FC] * np.sin(chi) - c[_FS] * np.cos(chi)) / max(m, 1e-12) * dt
         steps = 4
         h = dt / steps
         for _ in range(steps):

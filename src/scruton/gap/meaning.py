@@ -188,7 +188,7 @@ def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[
     dict
         `form`; `amplitude`: range in the records in which it acts, A/D or rad; `records`: those; `largest`: excess
         damping over the relaxation damping, relative scatter of the drive, a relative change of it or of the frequency,
-        or a line's amplitude over the response's median one, which `unit` says, None for nothing; `coloured`: whether
+        play over the largest amplitude, or a line's over the response's median one, which `unit` says, None for nothing; `coloured`: whether
         what the null model leaves is predictable from cycle to cycle, None where no record is long enough to tell;
         `lines`: beside the response, each with `record`, `frequency` (Hz), `amplitude` (A/D or rad); `text`.  Empty
         where the verdict is another.
@@ -270,6 +270,10 @@ def _of_generic(diagnosis: Diagnosis) -> tuple[float, str, np.ndarray]:
         each, what = _over(fit.table[:, Term.GUST], fit.table[:, Term.DRIVE]), DRIVE
     elif np.any(own[:, Term.FREQUENCY_TREND]):
         each, what = own[:, Term.FREQUENCY_TREND], FREQUENCY
+    elif np.any(own[:, Term.FORCE_TWICE]):
+        each, what = np.hypot(own[:, Term.FORCE_COS], own[:, Term.FORCE_SIN]) / layout.rate, DAMPING
+    elif np.any(own[:, Term.CLIP]):
+        return float((own[:, Term.CLIP] / layout.largest).max()), "of the largest amplitude", own[:, Term.CLIP] > 0.0
     else:
         return float(own[:, list(BENDS)].max()), FREQUENCY, own.max(axis=1) > 0.0
     return float(each.max()), what, each > 0.5 * each.max()

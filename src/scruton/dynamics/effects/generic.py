@@ -11,19 +11,23 @@ from scruton.dynamics.effects.effect import (
     DAMPING_RATIO,
     DRIVE,
     FREQUENCY,
+    REFERENCE,
     REPEATED,
+    Apply,
     Effect,
     Extent,
     Parameter,
     Scope,
     Values,
     Variant,
+    add,
     adding,
     scopes,
     sized,
 )
 from scruton.dynamics.effects.recording import jumping
 from scruton.dynamics.effects.terms import HATS, Belongs, Layout, Term, compact
+from scruton.dynamics.effects.wake import forced
 
 # From some moment of a record on; together of the weight of one form.
 _JUMPS = {
@@ -144,6 +148,39 @@ def _bumps(layout: Layout, among: Sequence[Scope]) -> list[Variant]:
     return found
 
 
+def _pulsing(table: FloatArray, values: Values, layout: Layout) -> None:
+    unit = values["size"] * layout.rate
+    add(table, Term.FORCE_COS, unit * np.cos(values["phase"]))
+    add(table, Term.FORCE_SIN, unit * np.sin(values["phase"]))
+    table[:, :, Term.FORCE_RATE] = values["detuning"] * layout.omega
+    table[:, :, Term.FORCE_TWICE] = np.where(values["size"] != 0.0, 1.0, 0.0)
+
+
+def _loose(kind: float) -> Apply:
+    def apply(table: FloatArray, values: Values, layout: Layout) -> None:
+        table[:, :, Term.CLIP] = values["width"] * layout.reference_amplitude
+        table[:, :, Term.CLIP_SOFT] = np.where(values["width"] > 0.0, kind, 0.0)
+
+    return apply
+
+
+def _playing(layout: Layout) -> list[Variant]:
+    """What follows the motion stands still where that turns, as a linkage does, or where it goes through the middle."""
+    centre = float(np.log(0.1))
+    shares = {Extent.EVERYWHERE: (0.15, "in every rig"), Extent.ONE_RIG: (0.1, "in one rig")}
+    return [
+        Variant(
+            f"{what} of the sensor, {{scope}}",
+            (Parameter("width", centre, 1.0, one.members, log=True, unit=REFERENCE, starts=(centre,)),),
+            _loose(kind),
+            one,
+            one.weight,
+        )
+        for what, kind in (("play", -2.0), ("a dead zone", -3.0))
+        for one in scopes(layout, shares)
+    ]
+
+
 def _coming_and_going(table: FloatArray, values: Values, _layout: Layout) -> None:
     table[:, :, Term.GUST] = np.hypot(table[:, :, Term.GUST], values["scatter"] * table[:, :, Term.DRIVE])
 
@@ -159,7 +196,15 @@ def _forms(layout: Layout) -> list[Variant]:
     sizes = tuple(float(np.log(size)) for size in (0.1, 0.05, 0.2, 0.4))
     scatter = Parameter("scatter", sizes[0], 0.7, layout.by_test(), log=True, unit=DRIVE, starts=sizes)
     slow = Variant("what comes and goes", (scatter,), _coming_and_going, wind)
-    return [*variants, *bumps, *_jumps(layout), *_warming(layout), *_differing(layout), *_creeping(layout), slow]
+    pulses = [
+        replace(one, form=f"stiffness that pulses near twice the frequency, {one.form}", apply=_pulsing, weight=0.3)
+        for one in forced(layout)
+        if one.scope.extent is Extent.EACH_TEST
+    ]
+    return [
+        *variants, *bumps, *_jumps(layout), *_warming(layout), *_differing(layout), *_creeping(layout), slow, *pulses,
+        *_playing(layout),
+    ]  # fmt: skip
 
 
 EFFECT = Effect(
@@ -170,7 +215,8 @@ EFFECT = Effect(
     (
         *(Term.HAT, Term.BUMP, Term.BUMP_AT, Term.BUMP_WIDTH, Term.JUMP, Term.JUMP_TIME),
         *(Term.WARMING, Term.WARMING_PACE, Term.STRUCTURAL, Term.FREQUENCY_TREND),
-        Term.GUST,
+        *(Term.FORCE_COS, Term.FORCE_SIN, Term.FORCE_RATE, Term.FORCE_TWICE),
+        *(Term.GUST, Term.CLIP, Term.CLIP_SOFT),
     ),
     DAMPING_RATIO,
     _forms,

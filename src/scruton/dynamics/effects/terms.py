@@ -69,7 +69,8 @@ class Term(IntEnum):
     FORCE_RATE = 17, _WIND  # circular frequency of the shedding minus that of the demodulation [rad/s]
     GAIN = 18, _SENSOR  # reading over truth, minus 1
     CLIP = 19, _SENSOR  # level of saturation; 0: none
-    # 1: tanh, 2: z/(1 + z^8)^(1/8), p > 2.5: z/(1 + z^p)^(1/p); 0: hard on both sides, -s: the other at CLIP/(1 - s)
+    # 1: tanh, 2: z/(1 + z^8)^(1/8), p > 2.5: z/(1 + z^p)^(1/p); 0: hard on both sides, -s: the other at CLIP/(1 - s);
+    # -2, -3: no saturation, but play, or a dead zone, of half the width CLIP
     CLIP_SOFT = 20, _SENSOR
     SCATTER = 21, _WIND  # q [amplitude/s^0.5]
     NOISE = 22, _SENSOR  # factor on standard errors
@@ -114,9 +115,10 @@ class Term(IntEnum):
     COHERENCE_FLOOR = 60 + HATS, _WIND  # share of the drive that is never lost
     FRICTION_HUMP = 61 + HATS, _RIG  # h: friction is 1 + h/(1 + (a/a_h)^2) times what it is at speed (Stribeck)
     FRICTION_HUMP_AT = 62 + HATS, _RIG  # a_h
+    FORCE_TWICE = 63 + HATS, _WIND  # 1: what is forced is the stiffness, near twice the frequency: FORCE_... in [1/s]
 
 
-COLUMNS = int(Term.FRICTION_HUMP_AT) + 1
+COLUMNS = int(Term.FORCE_TWICE) + 1
 BELONGS: dict[Term, Belongs] = {term: term.belongs for term in Term}
 
 

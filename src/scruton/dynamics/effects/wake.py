@@ -125,7 +125,8 @@ def _force(rows: FloatArray, _without: FloatArray, station: Station) -> FloatArr
     return np.asarray(np.hypot(rows[:, Term.FORCE_COS], rows[:, Term.FORCE_SIN]) / station.omega)
 
 
-def _forced(layout: Layout) -> list[Variant]:
+def forced(layout: Layout) -> list[Variant]:
+    """A force beside the response, at a frequency of its own in every test."""
     variants = []
     shares = {
         Extent.EACH_TEST: (1.0, "in every test"),
@@ -160,6 +161,6 @@ EFFECTS = (
         Belongs.WIND,
         (Term.FORCE_COS, Term.FORCE_SIN, Term.FORCE_RATE),
         Size("spectrum", "amplitude that the force would add in one radian", _force),
-        _forced,
+        forced,
     ),
 )
