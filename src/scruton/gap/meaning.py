@@ -188,8 +188,9 @@ def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[
     dict
         `form`; `amplitude`: range in the records in which it acts, A/D or rad; `records`: those; `largest`: excess
         damping over the relaxation damping, relative scatter of the drive, a relative change of it or of the frequency,
-        play over the largest amplitude, or a line's over the response's median one, which `unit` says, None for nothing; `coloured`: whether
-        what the null model leaves is predictable from cycle to cycle, None where no record is long enough to tell;
+        play over the largest amplitude, or a line's over the response's median one, which `unit` says, None for
+        nothing; `coloured`: whether what the null model leaves is predictable from cycle to cycle, None where no record
+        is long enough to tell;
         `lines`: beside the response, each with `record`, `frequency` (Hz), `amplitude` (A/D or rad); `text`.  Empty
         where the verdict is another.
     """
