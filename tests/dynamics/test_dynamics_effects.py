@@ -104,6 +104,67 @@ def test_sizes_are_damping_at_the_reference_amplitude(name, form):
     assert added == pytest.approx(0.2 * one.reference_rate)
 
 
+def _rates_with(name, form, at, amplitudes):
+    one = layout()
+    variant = next(v for v in CATALOGUE[name].variants(one) if v.label == form)
+    table = base(one)
+    variant.apply(table, values(variant, one, lambda p: at[p.name]), one)
+    knots = np.linspace(0.0, 1.0, HATS)
+    return amplitude_rates(table[0, :1], amplitudes, knots)[0], amplitude_rates(base(one)[0, :1], amplitudes, knots)[0]
+
+
+def test_a_law_of_any_exponent_is_the_one_that_has_it():
+    """At n = 2 that with a part in A^2, near n = -1 the paper's; all have one stable amplitude and one relaxation."""
+    a0, amplitudes = 0.05, np.linspace(0.005, 0.1, 40)
+    name, form = (
+        "aerodynamic_damping_nonlinearity",
+        "in the place of the drive, growth that any power of the amplitude ends",
+    )
+    other = "in the place of the drive, growth in proportion to the amplitude that a part in A^2 ends"
+    any_law, paper = _rates_with(name, form, {"share": 1.0, "exponent": 2.0}, amplitudes)
+    square, _ = _rates_with(name, other, {"share": 1.0}, amplitudes)
+    np.testing.assert_allclose(any_law, square, rtol=1e-9)
+    near, _ = _rates_with(name, form, {"share": 1.0, "exponent": -0.999}, amplitudes)
+    np.testing.assert_allclose(near, paper, rtol=5e-3, atol=1e-6)
+    about = a0 * np.array([0.999, 1.0, 1.001])
+    for n in (-0.5, 0.0, 0.7):
+        found, paper = _rates_with(name, form, {"share": 1.0, "exponent": n}, about)
+        assert found[1] == pytest.approx(paper[1], rel=1e-6)
+        assert found[2] - found[0] == pytest.approx(paper[2] - paper[0], rel=1e-2)
+
+
+def test_a_drive_that_never_falls_below_a_part_is_whole_at_the_reference_amplitude():
+    a0, amplitudes = 0.05, np.array([1e-5, 0.05, 0.2])
+    for form, kept in (
+        ("drive saturates as 1 - exp(-A/A_c), but for a part", lambda x: 1.0 - np.exp(-x)),
+        ("drive saturates as x/(1 + x), but for a part", lambda x: x / (1.0 + x)),
+    ):
+        found, whole = _rates_with("spanwise_coherence_loss", form, {"amplitude": 0.4, "floor": 0.3}, amplitudes)
+        drive = np.array([0.3 + 0.7 * kept(a / (0.4 * a0)) for a in amplitudes]) / (0.3 + 0.7 * kept(1.0 / 0.4))
+        np.testing.assert_allclose(found - whole, 0.005 * (drive - 1.0), atol=1e-12)
+
+
+def test_what_follows_the_reduced_velocity_bends_freely_where_there_are_more_than_three_tests():
+    forms = [{v.form for v in CATALOGUE["reduced_velocity_drift"].variants(layout(rigs=rigs))} for rigs in (3, 4)]
+    assert not any("freely" in form for form in forms[0])
+    free = {form for form in forms[1] if "freely" in form}
+    assert len(free) == 3
+    four = layout(rigs=4)
+    one = next(
+        v
+        for v in CATALOGUE["reduced_velocity_drift"].variants(four)
+        if v.form.startswith("Y1 along") and "freely" in v.form
+    )
+    table = base(four)
+    at = {"size": 0.6, "bend": 0.0, "levels": -0.1}
+    one.apply(table, values(one, four, lambda p: at[p.name]), four)
+    factor = np.log((table / np.where(base(four) == 0.0, 1.0, base(four)))[0, :8:2, Term.AERO])
+    steps = np.diff(factor)
+    assert np.all(steps > 0.0)  # an order, which levels off
+    assert steps[1] > 1.5 * steps[0] == pytest.approx(1.5 * steps[2])
+    assert one.refines == "Y1 along the reduced velocity, bent"
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_still_air_alone_leaves_what_can_be_seen_there(name):
     one = layout()

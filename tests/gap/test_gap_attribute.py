@@ -19,9 +19,10 @@ from scruton.dynamics.effects.effect import FREQUENCY, REPEATED, Extent, Paramet
 from scruton.dynamics.limit_cycle import limit_cycle_amplitude
 from scruton.gap import attribute, diagnosis
 from scruton.gap.attribute import Candidate, log_noticeable, weigh
+from scruton.gap.check import Check
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import UNKNOWN as UNKNOWN_NAME
-from scruton.gap.diagnosis import _judged, _preferred, fit_null
+from scruton.gap.diagnosis import _in_its_place, _judged, _preferred, _refuted, fit_null
 from scruton.gap.further_record import FurtherRecord, in_layout_of, with_record
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.locate import scope_findings
@@ -281,6 +282,24 @@ def test_what_explains_next_to_nothing_holds_no_unknown_back(
     weights, _, top = _judged(null, [Place(null, by)], (), (), {}, {}, 0.5, 1)
     assert (weights[UNKNOWN_NAME] < named) is held_back
     assert (top == UNKNOWN_NAME) is not held_back
+
+
+def test_beside_a_model_that_is_refuted_no_further_name_is_sure() -> None:
+    """A force that jitters left a phase that can be foretold: seven of eight names beside such a one were wrong."""
+    null, _ = null_of(5101, 1, None, 0.0)
+    by = {
+        name: Candidate(name, null.log_evidence + gain, replace(null, log_evidence=null.log_evidence + gain))
+        for name, gain in (("stiffness_nonlinearity", 400.0), (UNKNOWN_NAME, 3.0))
+    }
+    sure, doubted = (_in_its_place(Place(null, by), {}, 0.5, doubted=it) for it in (False, True))
+    assert sure["stiffness_nonlinearity"] > 0.95
+    assert 0.5 < doubted["stiffness_nonlinearity"] < 0.8
+    mark = Check(0.5, 0.5, 0.5, 0.5, 0.5, 0.0, 0.0)
+    data = null.hypothesis.data
+    assert not _refuted(mark, "vortex_shedding_forcing", data)
+    assert _refuted(replace(mark, phase=1e-30), "vortex_shedding_forcing", data)
+    assert not _refuted(replace(mark, phase=1e-30), "wind_speed_drift", data)  # which moves the frequency, too
+    assert _refuted(replace(mark, spread=1e-9), UNKNOWN_NAME, data)
 
 
 @pytest.mark.parametrize(

@@ -51,6 +51,26 @@ def test_where_a_climb_ends_it_is_flat():
         assert abs(up - down) / 2e-5 < 2.0 * FLAT
 
 
+class Rim(Valley):
+    """The same with ripples of a ten-thousandth of a nat, which have a slope nearly everywhere."""
+
+    asked = 0
+
+    def log_likelihood(self, u):
+        self.asked += 1
+        return super().log_likelihood(u) + 1e-4 * np.cos(u / (1e-3 * SCALE)).sum(axis=1)
+
+
+def test_a_climb_that_gains_next_to_nothing_ends():
+    """It went on for four hundred steps where rounding, or a wall, has a slope everywhere."""
+    posterior = Rim()
+    end = climb_side_by_side(posterior, np.array([[-1.0, 1.5, -1.0]]), SCALE[None])
+    assert posterior.asked < 120
+    smooth = Valley()
+    top = climb_side_by_side(smooth, np.array([[-1.0, 1.5, -1.0]]), SCALE[None])
+    assert smooth.log_prob(end)[0] == pytest.approx(smooth.log_prob(top)[0], abs=0.02)
+
+
 def test_searches_side_by_side_are_those_of_each_alone():
     rngs = [np.random.default_rng(seed) for seed in (1, 2)]
     together = find_optima(Valley(), rngs)
