@@ -10,6 +10,14 @@ from scruton.gap import thresholds
 from scruton.gap.attribute import Candidate, best_of, weigh
 from scruton.gap.hypothesis import FittedHypothesis
 
+# Both say how the drive goes with the amplitude, and forms of the first do what both do: together they are one.
+_DRIVE = frozenset({"aerodynamic_damping_nonlinearity", "spanwise_coherence_loss"})
+
+
+def one_with(name: str) -> frozenset[str]:
+    """Effects that none of this name is told apart from where both act."""
+    return _DRIVE - {name} if name in _DRIVE else frozenset()
+
 
 def best_pair(
     base: FittedHypothesis,
@@ -54,7 +62,8 @@ def _pairs(
     named = [single for effect in amplitude if (single := singles.get(effect.name)) and single.best is not None]
     for first in sorted(named, key=lambda single: -single.log_evidence)[: thresholds.PAIRED]:
         assert first.best is not None
-        others = [effect for effect in amplitude if effect.name != first.name and effect.name in singles]
+        apart_from = {first.name} | one_with(first.name)
+        others = [effect for effect in amplitude if effect.name not in apart_from and effect.name in singles]
         second = best_of(weigh(first.best, others, workers=workers, quick=CATALOGUE))
         gain = second.log_evidence - base.log_evidence
         own = min(singles[name].log_evidence - base.log_evidence for name in (first.name, second.name))
