@@ -139,7 +139,7 @@ def test_a_drive_that_never_falls_below_a_part_is_whole_at_the_reference_amplitu
         ("drive saturates as 1 - exp(-A/A_c), but for a part", lambda x: 1.0 - np.exp(-x)),
         ("drive saturates as x/(1 + x), but for a part", lambda x: x / (1.0 + x)),
     ):
-        found, whole = _rates_with("spanwise_coherence_loss", form, {"amplitude": 0.4, "floor": 0.3}, amplitudes)
+        found, whole = _rates_with("spanwise_coherence_loss", form, {"amplitude": 0.4, "held": 3.0 / 7.0}, amplitudes)
         drive = np.array([0.3 + 0.7 * kept(a / (0.4 * a0)) for a in amplitudes]) / (0.3 + 0.7 * kept(1.0 / 0.4))
         np.testing.assert_allclose(found - whole, 0.005 * (drive - 1.0), atol=1e-12)
 

@@ -36,7 +36,8 @@ SAME_SPEED = 5e-3  # relative: wind speeds are known no better, and reduced velo
 
 def _incoherent(table: FloatArray, values: Values, layout: Layout, power: float = 0.0) -> None:
     lost = values["amplitude"] * layout.reference_amplitude
-    floor = values.get("floor", 0.0)
+    held = values.get("held", 0.0)
+    floor = held / (1.0 + held)
     table[:, :, Term.COHERENCE] = lost
     table[:, :, Term.COHERENCE_POWER] = np.where(lost > 0.0, power, 0.0)
     table[:, :, Term.COHERENCE_FLOOR] = np.where(lost > 0.0, floor, 0.0)
@@ -49,7 +50,7 @@ def _incoherent(table: FloatArray, values: Values, layout: Layout, power: float 
     else:
         kept, turned = -np.expm1(-x), x * np.exp(-x)
     left = np.where(lost > 0.0, floor + (1.0 - floor) * (kept - turned), 1.0)
-    if "floor" in values:  # what is left of the drive at the reference amplitude is what it is without
+    if "held" in values:  # what is left of the drive at the reference amplitude is what it is without
         whole = np.where(lost > 0.0, floor + (1.0 - floor) * kept, 1.0)
         table[:, :, Term.DRIVE] /= whole
         left /= whole
@@ -69,9 +70,11 @@ def _saturating(layout: Layout, form: str, weight: float = 1.0, *, power: float 
     scope = in_wind(layout)
     parameters: tuple[Parameter, ...] = (_critical(scope, 0.2, 0.04, 0.12, 0.4),)
     if floor:
-        held = float(np.log(0.4))
-        share = Parameter("floor", held, 0.6, scope.members, log=True, unit=DRIVE, starts=(float(np.log(0.75)), held))
-        parameters = (_critical(scope, 0.4, 0.4, 0.12, 1.0), share)
+        usual, more = float(np.log(0.7)), float(np.log(3.0))
+        held = Parameter(
+            "held", usual, 0.8, scope.members, log=True, unit="of what is lost at rest", starts=(more, usual)
+        )
+        parameters = (_critical(scope, 0.4, 0.4, 0.12, 1.0), held)
     apply = partial(_incoherent, power=power) if power else _incoherent
     return Variant(form, parameters, apply, scope, weight, read_at=0.5 if floor else 1.0)
 
