@@ -20,14 +20,13 @@ from scruton.dynamics.effects.effect import (
     Scope,
     Values,
     Variant,
-    add,
     adding,
     scopes,
     sized,
 )
 from scruton.dynamics.effects.recording import jumping
 from scruton.dynamics.effects.terms import HATS, Belongs, Layout, Term, compact
-from scruton.dynamics.effects.wake import forced
+from scruton.dynamics.effects.wake import force, forced
 
 # From some moment of a record on; together of the weight of one form.
 _JUMPS = {
@@ -149,17 +148,15 @@ def _bumps(layout: Layout, among: Sequence[Scope]) -> list[Variant]:
 
 
 def _pulsing(table: FloatArray, values: Values, layout: Layout) -> None:
-    unit = values["size"] * layout.rate
-    add(table, Term.FORCE_COS, unit * np.cos(values["phase"]))
-    add(table, Term.FORCE_SIN, unit * np.sin(values["phase"]))
-    table[:, :, Term.FORCE_RATE] = values["detuning"] * layout.omega
+    force(table, values, layout.rate, layout)
     table[:, :, Term.FORCE_TWICE] = np.where(values["size"] != 0.0, 1.0, 0.0)
 
 
 def _loose(kind: float) -> Apply:
     def apply(table: FloatArray, values: Values, layout: Layout) -> None:
-        table[:, :, Term.CLIP] = values["width"] * layout.reference_amplitude
-        table[:, :, Term.CLIP_SOFT] = np.where(values["width"] > 0.0, kind, 0.0)
+        loose, level = values["width"] > 0.0, values["width"] * layout.reference_amplitude
+        table[:, :, Term.CLIP] = np.where(loose, level, table[:, :, Term.CLIP])  # other channels may saturate
+        table[:, :, Term.CLIP_SOFT] = np.where(loose, kind, table[:, :, Term.CLIP_SOFT])
 
     return apply
 

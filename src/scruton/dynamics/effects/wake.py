@@ -114,11 +114,16 @@ def _memory(layout: Layout) -> list[Variant]:
     ]  # fmt: skip
 
 
-def _shedding(table: FloatArray, values: Values, layout: Layout) -> None:
-    unit = values["size"] * layout.rate * layout.reference_amplitude
-    add(table, Term.FORCE_COS, unit * np.cos(values["phase"]))
-    add(table, Term.FORCE_SIN, unit * np.sin(values["phase"]))
+def force(table: FloatArray, values: Values, unit: FloatArray, layout: Layout) -> None:
+    """Add what goes round at a frequency of its own, (R,) units of size one."""
+    size = values["size"] * unit
+    add(table, Term.FORCE_COS, size * np.cos(values["phase"]))
+    add(table, Term.FORCE_SIN, size * np.sin(values["phase"]))
     table[:, :, Term.FORCE_RATE] = values["detuning"] * layout.omega
+
+
+def _shedding(table: FloatArray, values: Values, layout: Layout) -> None:
+    force(table, values, layout.rate * layout.reference_amplitude, layout)
 
 
 def _force(rows: FloatArray, _without: FloatArray, station: Station) -> FloatArray:
