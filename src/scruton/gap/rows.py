@@ -96,7 +96,7 @@ def close_rows(rows: Rows) -> tuple[Closed, ...]:
         options = []
         for variant in effect.variants(layout):
             of_some = variant.scope.extent in SOME  # which, no score test says here
-            if variant.scan or of_some or effect.channel == "frequency":
+            if variant.scan or of_some or variant.refines or effect.channel == "frequency":  # for rows are few
                 continue
             problem = _Problem(rows, layout, variant)
             x = problem.fit()

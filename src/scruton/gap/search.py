@@ -296,7 +296,8 @@ def _or_alike(
     if shared.best is None:
         return chain
     other = _joined(before.joined_by(beside, shared), beside)
-    return other if other.evidence > chain.evidence - slack else chain
+    further = max(len(other.found) - len(chain.found), 0)  # each of which has to gain what any does
+    return other if other.evidence > chain.evidence + thresholds.SECOND_NATS * further - slack else chain
 
 
 def _joined(chain: Chain, beside: Weigh) -> Chain:

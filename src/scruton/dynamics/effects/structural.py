@@ -58,21 +58,24 @@ def _friction(layout: Layout) -> list[Variant]:
     }
     variants = [sized("{scope}", _rub, scope, positive=True) for scope in scopes(layout, sudden)]
     slow = {Extent.EVERYWHERE: (0.5, "in every rig"), Extent.ONE_RIG: (0.5, "in one rig")}
-    presliding = slow | {
-        Extent.ALL_RIGS_BUT_ONE: (0.5, "in all rigs but one"),
-        Extent.EACH_RIG: (0.3, "in every rig, each its own"),
-    }
+    presliding = slow | {Extent.ALL_RIGS_BUT_ONE: (0.5, "in all rigs but one")}
+    alone = layout.wind.all()  # where nothing tells friction from what the air does it has few forms of its own
+    if not alone:
+        presliding[Extent.EACH_RIG] = (0.3, "in every rig, each its own")
     centre = float(np.log(0.05))
     # Below its width it acts like oil, or, as Dahl's, like a spring, which the frequency shows.
     forms = (("smooth where it is slow, {scope}", _rub, slow), ("with presliding, {scope}", _stick, presliding))
     for form, apply, shares in forms:
         for scope in scopes(layout, shares):
-            width = Parameter("width", centre, 1.0, scope.members, log=True, unit=REFERENCE, starts=(centre,))
+            shared = layout.only(scope.records)
+            width = Parameter("width", centre, 1.0, shared, log=True, unit=REFERENCE, starts=(centre,))
             friction = sized(form, apply, scope, positive=True)
             variants.append(replace(friction, parameters=(*friction.parameters, width)))
+    if alone:
+        return variants
     # With the speed the force goes as a power of it, or is the less (Stribeck).
-    shared = [one for one in variants if one.scope.extent in slow and (one.apply is _stick or len(one.parameters) == 1)]
-    for one in shared:
+    plain = [one for one in variants if one.scope.extent in slow and (one.apply is _stick or len(one.parameters) == 1)]
+    for one in plain:
         members = one.scope.members
         power = Parameter("power", 0.0, 0.35, members, unit="power", starts=(-0.25, 0.25))
         hump = Parameter("hump", float(np.log(0.4)), 0.7, members, log=True, unit=FACTOR, starts=(float(np.log(0.4)),))
