@@ -94,9 +94,8 @@ def test_what_refines_the_best_form_is_fitted_whatever_it_promises(monkeypatch) 
         return scenarios._changed(made, made.every, clip_sharpness=4.5), answer
 
     monkeypatch.setitem(scenarios.SCENARIOS, "sensor_clipping", gently)
-    null, _ = null_of(
-        9431, 19, "sensor_clipping", 0.5
-    )  # where a range that ends on one side gains more than a power of 8
+    # a range that ends on one side gains more there than a power of eight
+    null, _ = null_of(9431, 19, "sensor_clipping", 0.5)
     best = weigh(null, [CATALOGUE["sensor_clipping"]])["sensor_clipping"].best
     assert best is not None
     variant = best.hypothesis.variants[-1]

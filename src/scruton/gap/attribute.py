@@ -133,17 +133,21 @@ def _refinements(
     """
     fitted = {test.variant.identity for test in chosen}
     for tests in tested:
-        finer = {test.variant.plain: test for test in tests if test.variant.refines}
-        plain = [(fit.log_evidence, i) for i, fit in enumerate(found) if chosen[i].variant.identity in finer]
-        if not plain or (best := max(plain))[0] < base.log_evidence + REFINED_NATS:
-            continue
-        variant, fit = chosen[best[1]].variant, found[best[1]]
-        at = len(fit.hypothesis.variants) - 1
-        optimum = {p.name: fit.value(p.name, at)[0] for p in variant.parameters}
+        finer: dict[object, list[ScoreTest]] = {}
         for test in tests:
-            own = test.variant
-            if own.refines and own.plain == variant.identity and own.identity not in fitted:
-                yield ScoreTest(own, test.gain, first_starts(own) | optimum)
+            if test.variant.refines:
+                finer.setdefault(test.variant.plain, []).append(test)
+        plain = [
+            Candidate(test.variant.effect, fit.log_evidence, fit)
+            for test, fit in zip(chosen, found, strict=True)
+            if test.variant.identity in finer
+        ]
+        best = max(plain, key=lambda one: one.log_evidence, default=None)
+        if best is None or best.variant is None or best.log_evidence < base.log_evidence + REFINED_NATS:
+            continue
+        for test in finer[best.variant.identity]:
+            if test.variant.identity not in fitted:
+                yield ScoreTest(test.variant, test.gain, first_starts(test.variant) | best.optimum)
 
 
 def _twins(

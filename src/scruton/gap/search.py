@@ -242,7 +242,7 @@ def _beside(
     def beside(base: FittedHypothesis, taken: Collection[str], own: Candidate | None = None) -> dict[str, Candidate]:
         progress(f"effects beside {' and '.join(sorted(taken)) or _UNKNOWN}", 0.4)
         quick = set(CATALOGUE) - {own.name if own else ""}
-        others = [effect for effect in effects if effect.name not in taken and not one_with(effect.name) & set(taken)]
+        others = [effect for effect in effects if effect.name not in taken and one_with(effect.name).isdisjoint(taken)]
         weighed = weigh(base, others, workers=workers, quick=quick, known=own)
         memory = weighed.get(_MEMORY) if _CLIPPING in taken else None
         if memory and memory.log_evidence < base.log_evidence + thresholds.SECOND_SHARE * saturated:

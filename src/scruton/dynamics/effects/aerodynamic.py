@@ -92,6 +92,14 @@ def _bent_and_saturating(layout: Layout, weight: float) -> Variant:
     return Variant(form, parameters, apply, scope, weight, size="amplitude")
 
 
+def _moved(table: FloatArray, values: Values, n: FloatArray | float, a0: float) -> FloatArray:
+    """Take a share of the drive, put growth of the law n in proportion to the amplitude in its place, and return it."""
+    moved = values["share"] * table[:, :, Term.DRIVE]
+    add(table, Term.DRIVE, -moved)
+    add(table, Term.AERO, -(1.0 + 1.0 / n) * moved / a0)
+    return np.asarray(moved)
+
+
 def _of_any_law(layout: Layout, weight: float) -> Variant:
     """The same of any exponent n: a share w of the drive c becomes c ((1 + 1/n) x - x^(n + 1)/n).
 
@@ -102,9 +110,7 @@ def _of_any_law(layout: Layout, weight: float) -> Variant:
     def apply(table: FloatArray, values: Values, layout: Layout) -> None:
         n = values["exponent"]
         n = np.where(np.abs(n) < _NO_POWER, _NO_POWER, n)
-        moved = values["share"] * table[:, :, Term.DRIVE]
-        add(table, Term.DRIVE, -moved)
-        add(table, Term.AERO, -(1.0 + 1.0 / n) * moved / a0)
+        moved = _moved(table, values, n, a0)
         add(table, Term.LAW_POWER, -moved / (n * a0 ** (n + 1.0)))
         table[:, :, Term.LAW_EXPONENT] = np.where(moved != 0.0, n, 0.0)
 
@@ -123,9 +129,7 @@ def _of_another_law(layout: Layout, power: Term, weight: float) -> Variant:
     scope, p, a0 = in_wind(layout), POWERS[power], layout.reference_amplitude
 
     def apply(table: FloatArray, values: Values, layout: Layout) -> None:
-        moved = values["share"] * table[:, :, Term.DRIVE]
-        add(table, Term.DRIVE, -moved)
-        add(table, Term.AERO, -(1.0 + 1.0 / p) * moved / a0)
+        moved = _moved(table, values, p, a0)
         add(table, power, moved / (p * a0 ** (p + 1)))
 
     form = f"in the place of the drive, growth in proportion to the amplitude that a part in A^{p} ends"
@@ -199,7 +203,7 @@ def _scaled(
             for term in terms:
                 table[:, :, int(term)] *= factor
 
-    names = (*parts, *(name for name in scales if name == "levels"))
+    names = (*parts, "levels") if "levels" in scales else (*parts,)
     priors = (size_prior(name, scope.members, scale=scales[name], unit=FACTOR) for name in names)
     return Variant(form, tuple(priors), apply, scope, weight)
 
