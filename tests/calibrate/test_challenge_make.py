@@ -387,3 +387,12 @@ def test_a_campaign_in_water_stays_in_water(small_campaign, tmp_path):
     assert campaign.section.fluid is Fluid.AIR
     save_campaign(replace(campaign, section=replace(campaign.section, fluid=Fluid.WATER)), tmp_path)
     assert load_campaign(tmp_path).section.fluid is Fluid.WATER
+
+
+def test_a_test_beside_the_peak_is_written_as_one(small_campaign, tmp_path):
+    campaign = load_campaign(small_campaign)
+    first = campaign.tests[0]
+    records = tuple(replace(record, name=f"other-{record.name}") for record in first.records)
+    other = replace(first, name="another speed", peak=False, records=records)
+    save_campaign(replace(campaign, tests=(*campaign.tests, other)), tmp_path)
+    assert load_campaign(tmp_path).tests[-1].peak is False

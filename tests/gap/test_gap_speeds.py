@@ -7,18 +7,34 @@ import numpy as np
 import pytest
 
 from scruton.calibrate.challenge.case import simulate_case
-from scruton.campaign.schema import Campaign, Kind, Quantity, Record
+from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Test
 from scruton.dynamics.effects import CATALOGUE
+from scruton.gap.advise import advise
 from scruton.gap.attribute import weigh
 from scruton.gap.data import load_gap
 from scruton.gap.diagnose import left_out_tests
-from scruton.gap.diagnosis import fit_null
+from scruton.gap.diagnosis import diagnose, fit_null
 from scruton.gap.search import Place
 from scruton.gap.speeds import DRIFT, SETTING, weighed_at_other_speeds
 from scruton.simulate import Noise, Truth, simulate_record
 
 SEED = 71
 ASKED = (CATALOGUE[DRIFT], CATALOGUE[SETTING])
+
+
+def at_speed(campaign: Campaign, wind: Truth, k: int) -> Test:
+    """A growth and a decay in a wind, as a test like the middle one of a campaign."""
+    level, rate = wind.balance()
+    records = []
+    for i, (kind, start) in enumerate(((Kind.GROWTH, 0.15), (Kind.DECAY, 2.2))):
+        time, response = simulate_record(
+            wind, initial_amplitude=start * level, duration=5.0 / rate, sample_rate=28 * wind.frequency,
+            seed=np.random.SeedSequence([SEED, k, i]), noise=Noise(0.01, 0.005 * level),
+        )  # fmt: skip
+        name = f"speed{k}-{kind.value}.csv"
+        records.append(Record(name, Path(name), kind, time, response))
+    speed = Quantity(wind.wind_speed)
+    return replace(campaign.tests[1], name=f"speed {k}", wind_speed=speed, records=tuple(records))
 
 
 def swept(effect: str | None, law: str) -> Campaign:
@@ -42,17 +58,7 @@ def swept(effect: str | None, law: str) -> Campaign:
             peak.air_density.mean, (u[k] + 0.1 * (u[1] - u[k])) * rig.frequency.mean,
             Y1=other["Y1"], epsilon=fall * other["epsilon"],
         )  # fmt: skip
-        level, rate = wind.balance()
-        records = []
-        for i, (kind, start) in enumerate(((Kind.GROWTH, 0.15), (Kind.DECAY, 2.2))):
-            time, response = simulate_record(
-                wind, initial_amplitude=start * level, duration=5.0 / rate, sample_rate=28 * rig.frequency.mean,
-                seed=np.random.SeedSequence([SEED, k, i]), noise=Noise(0.01, 0.005 * level),
-            )  # fmt: skip
-            name = f"speed{k}-{kind.value}.csv"
-            records.append(Record(name, Path(name), kind, time, response))
-        speed = Quantity(wind.wind_speed)
-        tests.append(replace(peak, name=f"speed {k}", peak=False, wind_speed=speed, records=tuple(records)))
+        tests.append(replace(at_speed(campaign, wind, k), peak=False))
     return replace(campaign, tests=tuple(tests))
 
 
@@ -103,6 +109,42 @@ def test_peaks_at_one_speed_leave_nothing_to_ask() -> None:
         replace(t, wind_speed=Quantity(tests[1].wind_speed.mean * x / f[1])) for t, x in zip(tests, f, strict=True)
     ]
     assert load_gap(replace(campaign, tests=(*alike[:3], *tests[3:]))).at_other_speeds is None
+
+
+def one_rig(law: str, speeds: int) -> Campaign:
+    """One rig whose epsilon is the same at every speed, rises by 30 %, falls off on both sides, or has no order."""
+    campaign, answer = simulate_case(SEED, 1, None, 0.0)
+    section, rig, truth, peak = campaign.section, campaign.rigs[0], answer["rigs"][0], campaign.tests[0]
+    tests = []
+    for k, x in enumerate(np.linspace(-0.5, 0.5, speeds)):
+        change = {"same": 0.0, "rises": 0.3 * x, "bell": -1.2 * x**2, "zigzag": 0.15 * (-1) ** k}[law]
+        wind = Truth(
+            section.motion, section.width, section.depth, rig.mass.mean, rig.frequency.mean, truth["damping_ratio"],
+            peak.air_density.mean, peak.wind_speed.mean * (1.0 + 0.12 * x), Y1=truth["Y1"],
+            epsilon=truth["epsilon"] * (1.0 + change),
+        )  # fmt: skip
+        tests.append(replace(at_speed(campaign, wind, k), rig=rig.name, peak=k == speeds // 2))
+    return replace(campaign, rigs=(rig,), tests=tuple(tests))
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("law", "speeds", "read", "found"),
+    [
+        ("same", 3, 3, ()),
+        ("rises", 5, 5, (DRIFT,)),
+        ("rises", 2, 1, ()),  # one other speed has an epsilon of its own in any lock-in range
+        ("bell", 5, 5, (DRIFT,)),
+        ("zigzag", 5, 1, ()),
+    ],
+)
+def test_one_rig_at_several_speeds(law: str, speeds: int, read: int, found: tuple[str, ...]) -> None:
+    diagnosis = diagnose(one_rig(law, speeds))
+    assert len(diagnosis.data.first_in_wind) == read
+    assert diagnosis.found == found
+    (flag,) = left_out_tests(diagnosis.data)
+    assert flag.startswith("Tests at several speeds of a rig" if read > 1 else "Left out of the diagnosis")
+    assert not any("two more wind speeds" in line for line in advise(diagnosis))
 
 
 @pytest.mark.slow

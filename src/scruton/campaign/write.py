@@ -75,7 +75,7 @@ def save_campaign(campaign: Campaign, folder: Path) -> None:
         ],
         "tests": [
             {"name": test.name, "rig": test.rig, "air_density": _stated(test.air_density, "kg/m^3"),
-             "wind_speed": _stated(test.wind_speed, "m/s"), "peak": True, "records": records(test)}
+             "wind_speed": _stated(test.wind_speed, "m/s"), "peak": test.peak is not False, "records": records(test)}
             for test in campaign.tests
         ],
     }  # fmt: skip

@@ -235,7 +235,8 @@ def _behind(diagnosis: Diagnosis, name: str) -> float:
 def _speeds(diagnosis: Diagnosis) -> list[str]:
     """Of tests that differ, whether it is the reduced velocity or the setting: one rig at the others' speeds tells."""
     layout, tests = diagnosis.data.layout, diagnosis.data.first_in_wind
-    if not {DRIFT, SETTING} & set(diagnosis.found) or len(tests) < 2:
+    rigs = {int(layout.rig[record]) for record in tests.values()}
+    if not {DRIFT, SETTING} & set(diagnosis.found) or len(rigs) < 2:
         return []
     told = diagnosis.at_other_speeds
     if len(told) == 2 and abs(told[DRIFT] - told[SETTING]) > thresholds.ALIKE_NATS:

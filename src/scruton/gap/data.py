@@ -60,7 +60,8 @@ class GapData:
         Of the null model, by parameter.
     at_other_speeds : GapData or None
         The same with more records at the end: of tests at other speeds of its rigs, where the reduced velocity lies
-        between those of the peak tests, or a tenth of their span beyond.  None where there are none.
+        between those of the peak tests, or a tenth of their span beyond; all of them where a single rig was tested.
+        None where there are none.
     remarks : sequence of Remark
         What the records say against what is stated of them.
     modes : sequence of tuple of float
@@ -90,6 +91,11 @@ class GapData:
     def first_in_wind(self) -> dict[int, int]:
         """First record of every test that has records here, by the numbers of both."""
         return _first_in_wind(self.layout.test)
+
+    @property
+    def of_one_rig(self) -> bool:
+        """Whether a single rig was tested in the wind."""
+        return np.unique(self.layout.rig[self.layout.wind]).size == 1
 
     def referred_to(self, amplitude: float, rate: float) -> "GapData":
         """The same data with other reference amplitude and rate."""
@@ -142,13 +148,15 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
 
 
 def _between_peaks(data: GapData, cycles: Mapping[str, Cycles]) -> set[int]:
-    """Tests beside the peak tests whose reduced velocity lies between those, by number; none where those are one."""
+    """Tests beside the peak tests whose reduced velocity lies between those, by number; all of a single rig."""
+    rest = [j for j, test in enumerate(data.campaign.tests) if test.records and j not in data.first_in_wind]
+    if data.of_one_rig:
+        return set(rest)
     speeds = data.layout.reduced_velocity[data.layout.wind]
     if not speeds.size or not np.ptp(speeds) > SAME_SPEED * speeds.max():
         return set()
     reach = SAME_SPEED * float(speeds.max()) + BEYOND_PEAKS * float(np.ptp(speeds))
     low, high = float(speeds.min()) - reach, float(speeds.max()) + reach
-    rest = [j for j, test in enumerate(data.campaign.tests) if test.records and j not in data.first_in_wind]
     return {j for j in rest if low <= _in_wind(data.campaign, j, cycles)[1] <= high}
 
 

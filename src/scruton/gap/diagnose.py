@@ -123,7 +123,14 @@ def left_out_tests(data: GapData) -> list[str]:
     read = [name for j, name in numbers if j in data.first_in_wind]
     speeds = [name for j, name in numbers if j in asked and j not in data.first_in_wind]
     left_out = [name for j, name in numbers if j not in asked]
+    of_rigs = {test.rig for j, test in enumerate(data.campaign.tests) if j in data.first_in_wind}
     said = []
+    if len(of_rigs) < len(read):
+        said.append(
+            f"Tests at several speeds of a rig: {', '.join(read)}. They are read together, for one pair of aerodynamic "
+            "parameters, or one that changes smoothly with the reduced velocity, holds for all of them; the Griffin "
+            "curve of `scruton fit` is that of the peak alone."
+        )
     if speeds:
         said.append(
             f"Tests at other speeds of a rig: {', '.join(speeds)}. They are asked one thing alone, whether what "

@@ -20,7 +20,7 @@ from scruton.gap.lines import SecondLine, second_lines
 from scruton.gap.null_model import null_model
 from scruton.gap.probability import probabilities
 from scruton.gap.search import Place, beside_unknown, search, slack_of_further
-from scruton.gap.speeds import DRIFT, SETTING, weighed_at_other_speeds
+from scruton.gap.speeds import DRIFT, SETTING, one_law_holds, weighed_at_other_speeds
 from scruton.progress import Progress
 
 NONE, UNKNOWN = "none", catalogue.UNKNOWN.name
@@ -123,6 +123,16 @@ def fit_null(data: GapData) -> tuple[GapData, FittedHypothesis]:
     return data, gusty if gusty.log_evidence > fit.log_evidence + _BETTER else fit
 
 
+def _null_of_one_law(data: GapData) -> tuple[GapData, FittedHypothesis]:
+    """The null model of the peak tests; of a single rig's at other speeds, too, where one law holds for all of them."""
+    if (every := data.at_other_speeds) is None or not data.of_one_rig:
+        return fit_null(data)
+    every, alike = fit_null(every)
+    if one_law_holds(alike, set(every.first_in_wind) - set(data.first_in_wind)):
+        return every, alike
+    return fit_null(replace(data, at_other_speeds=None))
+
+
 def _in_gusts(fit: FittedHypothesis) -> FittedHypothesis:
     """The null model climbed from large gusts: what they do turbulence does, too, a hundred nats worse at times.
 
@@ -164,7 +174,7 @@ def diagnose_data(
     prior = prior or {}
     tell = progress or (lambda _what, _done: None)
     tell("null model", 0.0)
-    data, null = fit_null(data)
+    data, null = _null_of_one_law(data)
     lines = second_lines(campaign, data.cycles, data.modes)
     lasting, against = [line for line in lines if not line.dies], contradictions(data)
     tell("single effects", 0.1)

@@ -77,6 +77,7 @@ BEYOND_PEAKS = 0.1  # of the peak tests' span of reduced velocities, to which wh
 # Of ln(Y1) and ln(epsilon), by which a test at another speed may miss what the peak tests let expect there and still
 # follow it: forms differ, and stated speeds and frequencies are off.
 SPEED_TOLERANCE = 0.03
+FEWEST_OTHER_SPEEDS = 2  # beside the peak's, that tell a law of the speed from what every speed has by its own
 # What turns evidences into probabilities (`scruton.gap.probability`), set by `scruton challenge tune`.  Evidence of
 # some effect against none is divided by the first, of one effect against another by the second; the third is the share
 # of the probability that is dealt out evenly.
