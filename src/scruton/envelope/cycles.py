@@ -5,8 +5,16 @@ import numpy as np
 from scruton.arrays import ComplexArray, FloatArray
 from scruton.envelope.band import line_noise
 from scruton.envelope.frequency import dominant_frequency
+from scruton.envelope.offset import wandering_offset
 from scruton.envelope.sampling import quantum_of, sampling
-from scruton.envelope.thresholds import BENT, MOST_HARMONICS, SECOND_HARMONIC, THIRD_HARMONIC
+from scruton.envelope.thresholds import (
+    BENT,
+    MOST_HARMONICS,
+    OFFSET_SHARE,
+    SECOND_HARMONIC,
+    THIRD_HARMONIC,
+    WANDERS,
+)
 from scruton.envelope.tracking import Track, box_sum, follow
 from scruton.envelope.types import Cycles
 from scruton.envelope.windows import CycleFit, Windows, cut, fit_cycles
@@ -85,29 +93,24 @@ def demodulate(
         reference *= 1.0 + float(np.sum(power * advance) / np.sum(power)) / (2.0 * np.pi)
         windows = _cut(time, reference, name)
         fit = fit_cycles(time, response, windows)
-    grid = int(windows.number[-1]) + 1
     number = windows.number
     samples = len(time) / ((time[-1] - time[0]) * reference)
-    harmonics = 2 if samples >= SECOND_HARMONIC else 1
-    track = _track(windows, fit, hidden)
-    for _ in range(_PASSES):
-        rate = track.rate[number] * reference
-        drift = _offset_slope(fit.offset, number, grid) * reference
-        fit = fit_cycles(time, response, windows, rate=rate, drift=drift, harmonics=harmonics)
-        track = _track(windows, fit, hidden)
-    if samples >= THIRD_HARMONIC:
-        bent = fit_cycles(time, response, windows, rate=rate, drift=drift, harmonics=3)
-        if _third_of(bent) > BENT:
-            count = min(int(samples / 4.0), MOST_HARMONICS)
-            fit = fit_cycles(time, response, windows, rate=rate, drift=drift, harmonics=count)
-            track = _track(windows, fit, hidden)
-    direction, smooth_phase = track.direction[number], track.phase[number]
+    fit, track = _regressed(time, response, windows, samples, hidden)
     quantum = quantum_of(response)
     sigma2 = np.maximum(_local_variance(fit, hidden), quantum**2 / 12.0 + np.finfo(float).tiny)
+    colour = 1.0
+    if band is None:
+        low, high = _log_colours(fit, track.phase[number], sigma2, number)
+        share = 0.5
+        # Of an offset that wanders the sine of a cycle takes up more than its cosine, and not what the next one does.
+        if low - high > WANDERS and (offset := wandering_offset(time, response, reference)) is not None:
+            fit, track = _regressed(time, response - offset, windows, samples, hidden)
+            share = OFFSET_SHARE
+        colour = float(np.clip(np.exp(share * low + (1.0 - share) * high), 0.1, 1e6))
+    direction, smooth_phase = track.direction[number], track.phase[number]
     amplitude = (fit.z * np.conj(direction)).real
     c, s = direction.real, direction.imag
     unit_variance = c * c * fit.cov_rr + 2.0 * c * s * fit.cov_ri + s * s * fit.cov_ii
-    colour = _colour(fit, smooth_phase, sigma2, number, harmonics > 1) if band is None else 1.0
     variance = sigma2 * unit_variance * colour
     error = np.sqrt(variance + _staircase(amplitude, sigma2, quantum))
     if not _oscillates(fit.z, smooth_phase, error):
@@ -183,6 +186,27 @@ def cycles_from_envelope(time: FloatArray, amplitude: FloatArray, frequency: flo
     )
 
 
+def _regressed(
+    time: FloatArray, response: FloatArray, windows: Windows, samples: float, hidden: float
+) -> tuple[CycleFit, Track]:
+    """Regression of every cycle with the local rate and the drift of the offset carried, and the track of its phase."""
+    number, reference = windows.number, windows.frequency
+    fit = fit_cycles(time, response, windows)
+    track, harmonics = _track(windows, fit, hidden), 2 if samples >= SECOND_HARMONIC else 1
+    for _ in range(_PASSES):
+        rate = track.rate[number] * reference
+        drift = _offset_slope(fit.offset, number, int(number[-1]) + 1) * reference
+        fit = fit_cycles(time, response, windows, rate=rate, drift=drift, harmonics=harmonics)
+        track = _track(windows, fit, hidden)
+    if samples >= THIRD_HARMONIC:
+        bent = fit_cycles(time, response, windows, rate=rate, drift=drift, harmonics=3)
+        if _third_of(bent) > BENT:
+            count = min(int(samples / 4.0), MOST_HARMONICS)
+            fit = fit_cycles(time, response, windows, rate=rate, drift=drift, harmonics=count)
+            track = _track(windows, fit, hidden)
+    return fit, track
+
+
 def _refuse_unusable(time: FloatArray, response: FloatArray, frequency: float | None, name: str) -> None:
     if len(time) != len(response) or len(time) < 30:
         raise InputError(name, "", f"{len(response)} samples", "at least 30 samples, six to each of five cycles")
@@ -244,11 +268,14 @@ def _offset_slope(offset: FloatArray, number: np.ndarray, grid: int) -> FloatArr
     return np.asarray(slope[number])
 
 
-def _colour(fit: CycleFit, phase: FloatArray, sigma2: FloatArray, number: np.ndarray, harmonic: bool) -> float:
-    """Noise power at the response's frequency over that of white noise with the same residual."""
+def _log_colours(fit: CycleFit, phase: FloatArray, sigma2: FloatArray, number: np.ndarray) -> tuple[float, float]:
+    """Logarithms of the noise's power below and above the response's frequency, over that of white noise alike.
+
+    White noise has the same residual. Both are 0 unless the record shows otherwise.
+    """
     triple = (number[2:] - number[:-2]) == 2
     if np.count_nonzero(triple) < 8:
-        return 1.0
+        return 0.0, 0.0
 
     def ratio(x: ComplexArray | FloatArray, unit: FloatArray, median: float) -> float:
         difference = x[2:] - 2.0 * x[1:-1] + x[:-2]
@@ -257,13 +284,13 @@ def _colour(fit: CycleFit, phase: FloatArray, sigma2: FloatArray, number: np.nda
 
     # medians of chi-square with one degree of freedom, and with two, over their means
     low = ratio(fit.offset, fit.cov_offset, 0.4549)
-    high = ratio(fit.second * np.exp(-2j * phase), fit.cov_second, 0.6931) if harmonic else 1.0
+    high = ratio(fit.second * np.exp(-2j * phase), fit.cov_second, 0.6931) if np.any(fit.second) else 1.0
     if not (low > 0.0 and high > 0.0):
-        return 1.0
-    log_ratio = 0.5 * (np.log(low) + np.log(high))
-    scatter2 = 3.5 / np.count_nonzero(triple)  # of log_ratio under white noise
-    shrink = max(0.0, 1.0 - 4.0 * scatter2 / max(log_ratio**2, 1e-300))
-    return float(np.clip(np.exp(shrink * log_ratio), 0.1, 1e6))
+        return 0.0, 0.0
+    below, above = float(np.log(low)), float(np.log(high))
+    scatter2 = 3.5 / np.count_nonzero(triple)  # of their mean under white noise
+    shrink = max(0.0, 1.0 - 4.0 * scatter2 / max((0.5 * (below + above)) ** 2, 1e-300))
+    return shrink * below, shrink * above
 
 
 def _staircase(amplitude: FloatArray, sigma2: FloatArray, quantum: float) -> FloatArray:

@@ -150,3 +150,7 @@ FEWEST_STANDING = 5  # cycles of the last quarter
 FALLS = 0.5  # of the first amplitude
 # A decay whose first cycle lies below so much of its largest, in its first half, is pushed before it decays.
 RISES = 0.7  # of the largest amplitude
+# Log of the noise's power at 0.4 of the response's frequency, where offsets see that of a random walk, over that at 1.4
+# of it, where second harmonics do, beyond which the offset wanders: white noise has 0, a random walk 2.6.
+WANDERS = 1.2
+OFFSET_SHARE = 0.27  # of ln(1.4/1) in ln(1.4/0.4): where between these two the response's frequency lies

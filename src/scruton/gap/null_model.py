@@ -90,7 +90,7 @@ def null_model(data: GapData) -> NullModel:
         parameters[-1] = replace(parameters[-1], location=centre)
     each = np.arange(len(layout.records))
     for name, members in (
-        ("noise", groups),
+        ("noise", each),
         ("detuning", each),
         ("third", layout.by_rig()),
         ("third_noise", layout.by_rig()),
