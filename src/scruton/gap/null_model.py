@@ -36,9 +36,12 @@ class NullModel:
             relaxation = values["relaxation_rate"]
             aero = (relaxation - still[self.data.middle]) * self.data.aero_ratio
             drive = values["stable_amplitude"] * relaxation * self.data.drive_ratio
-            mass = np.exp(values["mass"]) if "mass" in values else 1.0
-            table[:, :, Term.AERO] = np.where(wind, aero * mass, 0.0)
-            table[:, :, Term.DRIVE] = np.where(wind, drive * mass, 0.0)
+            strength, epsilon = (
+                np.exp(sum(values[name] for name in names if name in values))
+                for names in (("mass", "off_curve"), ("off_curve_epsilon",))
+            )
+            table[:, :, Term.AERO] = np.where(wind, aero * strength, 0.0)
+            table[:, :, Term.DRIVE] = np.where(wind, drive * strength * epsilon, 0.0)
             rate = np.where(wind, np.maximum(table[:, :, Term.AERO] + damping, 1e-3 * damping + 1e-9), rate)
             level = np.where(wind, table[:, :, Term.DRIVE] / rate, level)
             # Gusts and set-points of the drive are those of the stable amplitude under the law.  They are bounded, or
@@ -79,6 +82,10 @@ def null_model(data: GapData) -> NullModel:
         if np.any(data.mass_sd[wind] > 0.0):
             mass_sd = np.maximum(data.mass_sd[list(data.first_in_wind.values())], 1e-6)
             parameters.append(Parameter("mass", 0.0, mass_sd, layout.by_test()))
+        settings = compact(np.where(wind, layout.rig, -1))
+        if settings.max() > 0:  # one rig is the curve
+            add("off_curve", settings)
+            add("off_curve_epsilon", settings, on_card="off_curve")
     rigs = np.unique(layout.rig)
     parameters.append(Parameter("damping", 0.0, data.damping_sd[rigs], layout.by_rig(), unit="of the nominal"))
     groups = compact(np.where(wind, layout.test, len(data.tests) + layout.rig))
