@@ -21,7 +21,7 @@ from scruton.envelope.flat_tops import flat_top
 from scruton.envelope.harmonics import third_harmonic
 from scruton.envelope.types import OtherMode
 from scruton.errors import InputError
-from scruton.gap.thresholds import BESIDE_THIRD, BEYOND_PEAKS, DIES_OUT, KEPT_UP_BESIDE_THIRD
+from scruton.gap.thresholds import BESIDE_THIRD, BEYOND_PEAKS, DIES_OUT, FEWEST_OTHER_SPEEDS, KEPT_UP_BESIDE_THIRD
 from scruton.infer.cards import ModelCard, load_card
 from scruton.stats.priors import Prior
 
@@ -150,8 +150,8 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
 def _between_peaks(data: GapData, cycles: Mapping[str, Cycles]) -> set[int]:
     """Tests beside the peak tests whose reduced velocity lies between those, by number; all of a single rig."""
     rest = [j for j, test in enumerate(data.campaign.tests) if test.records and j not in data.first_in_wind]
-    if data.of_one_rig:
-        return set(rest)
+    if data.of_one_rig:  # fewer tell no law of the speed from what every speed has by its own
+        return set(rest) if len(rest) >= FEWEST_OTHER_SPEEDS else set()
     speeds = data.layout.reduced_velocity[data.layout.wind]
     if not speeds.size or not np.ptp(speeds) > SAME_SPEED * speeds.max():
         return set()

@@ -25,7 +25,7 @@ from scruton.progress import Progress
 
 NONE, UNKNOWN = "none", catalogue.UNKNOWN.name
 PRIOR_NONE = 0.5
-_NOISE = ("scatter", "noise", "gust_scatter", "gust_time", "set_point_scatter")
+_NOISE = ("scatter", "noise", "record_noise", "gust_scatter", "gust_time", "set_point_scatter")
 # Names of one thing where few records are: a smooth change through two or three tests is nearly any change; a wake that
 # lags bends the damping, too.
 ALIKE = (

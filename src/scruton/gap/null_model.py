@@ -57,7 +57,8 @@ class NullModel:
         unit = level * np.sqrt(2.0 * rate)
         table[:, :, Term.SCATTER] = values["scatter"] * unit
         table[:, :, Term.PHASE_SCATTER] = values["phase_scatter"] * unit
-        for term in (Term.NOISE, Term.DETUNING, Term.THIRD, Term.THIRD_NOISE, Term.GAIN):
+        table[:, :, Term.NOISE] = values["noise"] * values["record_noise"]
+        for term in (Term.DETUNING, Term.THIRD, Term.THIRD_NOISE, Term.GAIN):
             table[:, :, term] = values[term.name.lower()]
         table[:, :, Term.FREQUENCY_LOSS] = values["frequency_loss"]
         table[:, :, Term.STIFFNESS] = values["stiffness"] / layout.largest.max() ** 2
@@ -82,10 +83,8 @@ def null_model(data: GapData) -> NullModel:
         if np.any(data.mass_sd[wind] > 0.0):
             mass_sd = np.maximum(data.mass_sd[list(data.first_in_wind.values())], 1e-6)
             parameters.append(Parameter("mass", 0.0, mass_sd, layout.by_test()))
-        settings = compact(np.where(wind, layout.rig, -1))
-        if settings.max() > 0:  # one rig is the curve
-            add("off_curve", settings)
-            add("off_curve_epsilon", settings, on_card="off_curve")
+        for name in ("off_curve", "off_curve_epsilon"):
+            add(name, compact(np.where(wind, layout.rig, -1)), on_card="off_curve")
     rigs = np.unique(layout.rig)
     parameters.append(Parameter("damping", 0.0, data.damping_sd[rigs], layout.by_rig(), unit="of the nominal"))
     groups = compact(np.where(wind, layout.test, len(data.tests) + layout.rig))
@@ -97,7 +96,8 @@ def null_model(data: GapData) -> NullModel:
         parameters[-1] = replace(parameters[-1], location=centre)
     each = np.arange(len(layout.records))
     for name, members in (
-        ("noise", each),
+        ("noise", groups),
+        ("record_noise", each),
         ("detuning", each),
         ("third", layout.by_rig()),
         ("third_noise", layout.by_rig()),

@@ -17,7 +17,7 @@ from scruton.dynamics.effects import Effect
 from scruton.dynamics.effects.effect import SOME, Extent, Parameter, Variant
 from scruton.dynamics.extended import channel_innovations
 from scruton.gap.hypothesis import FittedHypothesis
-from scruton.gap.thresholds import FEWEST_BEATS, MOST_DETUNING
+from scruton.gap.thresholds import FEWEST_BEATS, MOST_DETUNING, TAKEN_UP
 
 _NUDGE = 1e-4
 _PROBE = 1e-3
@@ -275,6 +275,7 @@ class Screen:
         scores = np.zeros((len(grid), records, len(probes)))
         curvatures = np.zeros((*scores.shape, len(probes)))
         beats = layout.duration * layout.omega / (2.0 * np.pi)  # at a detuning of 1
+        whole = self._of_the_whole(variant)
         chunk = max(1, 48 // len(probes))
         for begin in range(0, len(grid), chunk):
             part = grid[begin : begin + chunk]
@@ -296,11 +297,37 @@ class Screen:
                     a, b = block.of(jv[rows]), block.of(js[rows])
                     if not np.isfinite(np.stack([a, b])).all():  # nor where the filter loses its way
                         continue
+                    if whole is not None:
+                        a, b = (np.concatenate([x, block.of(y)]) for x, y in zip((a, b), whole, strict=True))
                     aw = a * block.of(self.weight)
-                    scores[begin + i, r] = -aw @ block.of(self.v) - 0.5 * b @ block.of(self.spread)
-                    curvatures[begin + i, r] = aw @ a.T + 0.5 * b @ b.T
+                    score, curvature = (
+                        -aw @ block.of(self.v) - 0.5 * b @ block.of(self.spread),
+                        aw @ a.T + 0.5 * b @ b.T,
+                    )
+                    if whole is not None:  # which is given up
+                        score, curvature = _given_up(score, curvature)
+                    scores[begin + i, r], curvatures[begin + i, r] = score, curvature
                     seen[begin + i, r] = True
         return grid, scores, curvatures, seen
+
+    def _of_the_whole(self, variant: Variant) -> tuple[FloatArray, FloatArray] | None:
+        """Slopes by what begins before a record does, (1, 3 N) each: the base takes up so much of what begins within.
+
+        None of what is scanned by no moment.
+        """
+        if variant.scan != "moment":
+            return None
+        records = self.data.layout.wind
+        point = {p.name: np.where(records, _PROBE if p.name == "size" else 0.0, 0.0)[None] for p in variant.parameters}
+        v, s = self._filtered(self._tables(variant, [point]))
+        jv, js = _slopes(v, s, self.v, self.log_s, _PROBE)
+        return (jv, js) if np.isfinite(np.stack([jv, js])).all() else None
+
+
+def _given_up(score: FloatArray, curvature: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Score (d + 1,) and curvature (d + 1, d + 1) without their last, which is small and as it has to be."""
+    share = curvature[:-1, -1] / (curvature[-1, -1] + TAKEN_UP**-2.0)
+    return score[:-1] - share * score[-1], curvature[:-1, :-1] - np.outer(share, curvature[-1, :-1])
 
 
 def _slopes(

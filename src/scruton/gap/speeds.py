@@ -11,7 +11,7 @@ from scruton.gap.attribute import weigh
 from scruton.gap.further_record import in_layout_of, transplanted
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.search import Place
-from scruton.gap.thresholds import FEWEST_OTHER_SPEEDS, SPEED_TOLERANCE
+from scruton.gap.thresholds import SPEED_TOLERANCE
 
 DRIFT, SETTING = "reduced_velocity_drift", "setting_dependence"
 
@@ -65,12 +65,9 @@ def one_law_holds(alike: FittedHypothesis, others: Collection[int]) -> bool:
     """Whether the tests of one rig at speeds beside its peak's, by number, are of one law with that.
 
     They are where one pair of aerodynamic parameters, which is what is given, or one that changes smoothly with the
-    reduced velocity (of either half the prior) has more evidence than a pair of every speed's own.  Two other speeds
-    are the fewest that tell.
+    reduced velocity (of either half the prior) has more evidence than a pair of every speed's own.
     """
     layout = alike.hypothesis.data.layout
-    if len(others) < FEWEST_OTHER_SPEEDS:
-        return False
     smooth = weigh(alike, [CATALOGUE[DRIFT]])[DRIFT].log_evidence
     own = alike.with_variants(each_its_own(layout, others, None)).log_evidence
     return bool(np.logaddexp(alike.log_evidence, smooth) - np.log(2.0) > own)

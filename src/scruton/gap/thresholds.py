@@ -77,7 +77,7 @@ BEYOND_PEAKS = 0.1  # of the peak tests' span of reduced velocities, to which wh
 # Of ln(Y1) and ln(epsilon), by which a test at another speed may miss what the peak tests let expect there and still
 # follow it: forms differ, and stated speeds and frequencies are off.
 SPEED_TOLERANCE = 0.03
-FEWEST_OTHER_SPEEDS = 2  # beside the peak's, that tell a law of the speed from what every speed has by its own
+FEWEST_OTHER_SPEEDS = 2  # of a single rig, beside its peak's
 # What turns evidences into probabilities (`scruton.gap.probability`), set by `scruton challenge tune`.  Evidence of
 # some effect against none is divided by the first, of one effect against another by the second; the third is the share
 # of the probability that is dealt out evenly.
@@ -160,3 +160,5 @@ SCATTER_LIKE_OTHERS = 0.2  # sd of ln(scatter) of a test about that of the other
 CLOSES_NOTHING = 0.005  # part of the misfit, below which an effect closes nothing
 SD_AMPLITUDE = 0.02  # sd of ln(amplitude) read off a record, where none is stated
 SD_RATE = 0.05  # sd of ln(relaxation rate) from its slope, where none is stated
+# Of the drive, that a base which knows of no jump may have taken up of one as an offset of the whole record.
+TAKEN_UP = 0.05
