@@ -10,7 +10,7 @@ from scruton.calibrate.challenge.case import simulate_case
 from scruton.campaign import load_campaign
 from scruton.gap.check import check
 from scruton.gap.data import load_gap
-from scruton.gap.diagnosis import fit_null
+from scruton.gap.diagnosis import diagnose, fit_null
 from scruton.gap.thresholds import LAGS, OF_MEANS
 from scruton.simulate import write_campaign
 from scruton.stats.whiteness import autocorrelation, ljung_box
@@ -58,3 +58,11 @@ def test_noise_that_is_less_in_still_air_leaves_no_colour_in_wind() -> None:
     assert factor[:3] == pytest.approx(1.0, abs=0.25)
     assert factor[3:] == pytest.approx(0.5, abs=0.1)
     assert check(null).excess == 0.0
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(("severity", "verdict"), [(0.03, "none"), (0.1, "setting_dependence")])
+def test_rigs_that_miss_their_curve_as_any_do_are_no_gap(severity: float, verdict: str) -> None:
+    """Y1 of the outer rigs differs by twice the severity: 3 % about the middle, as any do, or 10 %."""
+    campaign, _ = simulate_case(9001, 2, "setting_dependence", severity)
+    assert diagnose(campaign).verdict == verdict
