@@ -85,7 +85,8 @@ def _memory(layout: Layout) -> list[Variant]:
     pushed = "the wake's amplitude sets the force, from rest, and after a push from a part of it"
     # Small lags act by their product with it alone: it is wide.
     after = replace(lag, unit="cycles after the first")
-    part = size_prior("part", scope.members, scale=_LATE, unit="of the relaxation rate")
+    # Less than none would be of turbulence that has a memory of some cycles.
+    part = size_prior("part", scope.members, scale=_LATE, positive=True, unit="of the relaxation rate")
     power = size_prior("part", scope.members, scale=1.0, unit="power")
     return [
         # A wake oscillator does both at once: it follows late, and answers a large amplitude with less than its share.
