@@ -100,6 +100,7 @@ def shrink(diagnosis: Diagnosis, *, alike: Collection[str] = (), workers: int = 
     if held:
         mask = np.any(held, axis=0)
         short = np.array([(ceiling - np.sum([scores for _, scores, _ in each], axis=0))[mask] for each in predictions])
+        short[1:] = np.where(np.isnan(short[1:]), np.inf, short[1:])  # a filter that loses its way foretells nothing
         learnt = sum(cost for _, _, cost in predictions[0])
         measurable = float(short[0].sum()) - learnt > MEASURABLE_NATS
         names = np.array(data.layout.records)[mask].tolist()
