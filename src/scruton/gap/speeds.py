@@ -65,9 +65,10 @@ def one_law_holds(alike: FittedHypothesis, others: Collection[int]) -> bool:
     """Whether the tests of one rig at speeds beside its peak's, by number, are of one law with that.
 
     They are where one pair of aerodynamic parameters, which is what is given, or one that changes smoothly with the
-    reduced velocity (of either half the prior) has more evidence than a pair of every speed's own.
+    reduced velocity (of either half the prior), to within a tolerance, has more evidence than a pair of every speed's
+    own.
     """
     layout = alike.hypothesis.data.layout
-    smooth = weigh(alike, [CATALOGUE[DRIFT]])[DRIFT].log_evidence
-    own = alike.with_variants(each_its_own(layout, others, None)).log_evidence
-    return bool(np.logaddexp(alike.log_evidence, smooth) - np.log(2.0) > own)
+    near, own = (alike.with_variants(each_its_own(layout, others, wide)) for wide in (SPEED_TOLERANCE, None))
+    smooth = weigh(near, [CATALOGUE[DRIFT]])[DRIFT].log_evidence
+    return bool(np.logaddexp(near.log_evidence, smooth) - np.log(2.0) > own.log_evidence)
