@@ -36,12 +36,9 @@ class NullModel:
             relaxation = values["relaxation_rate"]
             aero = (relaxation - still[self.data.middle]) * self.data.aero_ratio
             drive = values["stable_amplitude"] * relaxation * self.data.drive_ratio
-            strength, epsilon = (
-                np.exp(sum(values[name] for name in names if name in values))
-                for names in (("mass", "off_curve"), ("off_curve_epsilon",))
-            )
+            strength = np.exp(values.get("mass", 0.0) + values["off_curve"])
             table[:, :, Term.AERO] = np.where(wind, aero * strength, 0.0)
-            table[:, :, Term.DRIVE] = np.where(wind, drive * strength * epsilon, 0.0)
+            table[:, :, Term.DRIVE] = np.where(wind, drive * strength * np.exp(values["off_curve_epsilon"]), 0.0)
             rate = np.where(wind, np.maximum(table[:, :, Term.AERO] + damping, 1e-3 * damping + 1e-9), rate)
             level = np.where(wind, table[:, :, Term.DRIVE] / rate, level)
             # Gusts and set-points of the drive are those of the stable amplitude under the law.  They are bounded, or
