@@ -86,13 +86,12 @@ def demodulate(
     response = response - np.mean(response)
     windows = _cut(time, reference, name)
     hidden = 0.0 if band is None else line_noise(time, response, band, reference) ** 2
-    fit = fit_cycles(time, response, windows)
     if frequency is None:
+        fit = fit_cycles(time, response, windows)
         advance = _track(windows, fit, hidden).rate[windows.number].imag
         power = np.abs(fit.z) ** 2
         reference *= 1.0 + float(np.sum(power * advance) / np.sum(power)) / (2.0 * np.pi)
         windows = _cut(time, reference, name)
-        fit = fit_cycles(time, response, windows)
     number = windows.number
     samples = len(time) / ((time[-1] - time[0]) * reference)
     fit, track = _regressed(time, response, windows, samples, hidden)
