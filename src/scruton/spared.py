@@ -1,5 +1,6 @@
-"""What libraries import and no command has a use for: half a second of every command that samples or writes results."""
+"""What libraries take and no command has a use for: half a second of imports, a second thread for small matrices."""
 
+import os
 import sys
 from collections.abc import Sequence
 from importlib.machinery import ModuleSpec
@@ -11,6 +12,9 @@ SPARED = {
     "emcee.backends.hdf": ("h5py",),  # a file for chains that is never written
     "xarray.namedarray.pycompat": ("cupy", "pint", "sparse"),  # kinds of arrays that no result has
 }
+# Every library of linear algebra asks for its own.  What waits beside a matrix of 20 rows burns as much as works on it,
+# sums in another order give other last digits, and `--jobs` is what uses more cores.
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 DASK = "dask"  # xarray asks for it in many places, of arrays that are none of its kind
 
 
@@ -28,10 +32,12 @@ class _Sparing:
 
 
 def spare() -> None:
-    """Import nothing of `SPARED` from now on, nor Dask before somebody says `serve_dask`.
+    """Import nothing of `SPARED` from now on, nor Dask before somebody says `serve_dask`; linear algebra in one thread.
 
     For a process of the program's own: in somebody else's Python what is asked for first would decide what works.
     """
+    for name in ONE_THREAD:
+        os.environ.setdefault(name, "1")
     if _Sparing not in sys.meta_path:
         sys.meta_path.insert(0, _Sparing)
         sys.modules.setdefault(DASK, None)  # type: ignore[arg-type]  # what Python holds for a module that is not there

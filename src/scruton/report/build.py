@@ -1,6 +1,7 @@
 """A report in a folder: report.html and report.pdf with figures, tables and numbers beside them, all or nothing."""
 
 import json
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
@@ -249,18 +250,19 @@ def _draw(fit: "Fit", second: SecondProcess, failures: Failures) -> "list[Pictur
     from scruton.report.figures import all_figures, chapter_of
     from scruton.report.parts import drawn
 
-    figures = failures.attempt("", "Drawing the figures", partial(all_figures, fit, failures), [])
+    figures = deque(failures.attempt("", "Drawing the figures", partial(all_figures, fit, failures), []))
+    names = [figure.name for figure in figures]
     in_process: list[Picture | Failure] = []
     beside: list[Callable[[], Picture | Failure]] = []
-    while len(in_process) + len(beside) < len(figures):
+    while figures:  # what is drawn is let go: each holds some ten megabytes
         if second.idle:
-            beside.append(begun(second, drawn, figures[-1 - len(beside)]))
+            beside.append(begun(second, drawn, figures.pop()))
         else:
-            in_process.append(guarded(drawn, figures[len(in_process)]))
+            in_process.append(guarded(drawn, figures.popleft()))
     results = [*in_process, *(guarded(job) for job in reversed(beside))]
     kept = [
-        failures.keep(chapter_of(figure.name), f"The figure {figure.name}", result, None)
-        for figure, result in zip(figures, results, strict=True)
+        failures.keep(chapter_of(name), f"The figure {name}", result, None)
+        for name, result in zip(names, results, strict=True)
     ]
     return [picture for picture in kept if picture is not None]
 
