@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from scipy.special import ive
 
 from scruton.dynamics import row
-from scruton.dynamics.cycles import Channels, EnvelopeData
+from scruton.dynamics.cycles import ABSENT, Channels, EnvelopeData
 from scruton.dynamics.drive_moments import NEAR, gust_decay, moments_of_all
 from scruton.dynamics.effect_drift import effect_drift
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
@@ -457,3 +457,24 @@ def test_kept_cycles_come_with_all_knots():
     kept = data.keep(np.arange(HATS) < 3)
     assert kept.size == kept.phase.size == 3
     np.testing.assert_array_equal(kept.knots, data.knots)
+
+
+def test_what_a_cycle_foretells_of_the_next_one_is_taken_off(rng):
+    """Of amplitude and phase; not behind a gap, nor by the cycle that the filter starts from."""
+    q, rho, other = 2e-4, 0.4, -0.3
+    data = channels(motion(rng, lambda a: LAM * (A_STAR - a), q, 2e-4, 1.0, steps=20), 2e-4, phase=rng.normal(size=100))
+    gap = np.zeros(data.size)
+    gap[0], gap[60] = -1.0, 3.0
+    data = replace(data, gap=gap, third_error=np.full(data.size, ABSENT))
+    white, s = (x[0].reshape(3, -1) for x in channel_innovations(data, bare_table(q)))
+    table = bare_table(q, CORRELATION=rho, PHASE_CORRELATION=other)
+    v, variance = (x[0].reshape(3, -1) for x in channel_innovations(data, table))
+    for channel, correlation in enumerate((rho, other)):
+        expected, spread = white[channel].copy(), s[channel].copy()
+        after = np.setdiff1d(np.arange(2, data.size), 60)
+        e = white[channel] / np.sqrt(s[channel])
+        expected[after] -= correlation * np.sqrt(s[channel][after]) * e[after - 1]
+        spread[after] *= 1.0 - correlation**2
+        np.testing.assert_allclose(v[channel], expected, rtol=1e-12, atol=1e-15)
+        np.testing.assert_allclose(variance[channel], spread, rtol=1e-12)
+    np.testing.assert_array_equal(v[2], white[2])

@@ -6,11 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from scruton.calibrate.challenge import case
 from scruton.calibrate.challenge.case import simulate_case
 from scruton.campaign import load_campaign
 from scruton.gap.check import check
+from scruton.gap.contradictions import creeping
 from scruton.gap.data import load_gap
-from scruton.gap.diagnosis import diagnose, fit_null
+from scruton.gap.diagnosis import diagnose, diagnose_data, fit_null
 from scruton.gap.thresholds import LAGS, OF_MEANS
 from scruton.simulate import write_campaign
 from scruton.stats.whiteness import autocorrelation, ljung_box
@@ -66,3 +68,33 @@ def test_rigs_that_miss_their_curve_as_any_do_are_no_gap(severity: float, verdic
     """Y1 of the outer rigs differs by twice the severity: 3 % about the middle, as any do, or 10 %."""
     campaign, _ = simulate_case(9001, 2, "setting_dependence", severity)
     assert diagnose(campaign).verdict == verdict
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("index", [1, 4])
+def test_turbulence_that_lasts_some_cycles_is_no_gap(monkeypatch: pytest.MonkeyPatch, index: int) -> None:
+    """Gusts of a tenth of the relaxation time, which no state follows: neighbouring cycles are alike.
+
+    Where innovations had to be white the two were unknown (0.70 and 0.50).
+    """
+    monkeypatch.setattr(case, "_GUST_TIME", (0.1, 0.1))
+    campaign, _ = simulate_case(9050, index, None, 0.0, turbulence=0.002, gusts=0.12)
+    diagnosis = diagnose(campaign)
+    assert diagnosis.probability["none"] > 0.8
+    assert np.all(diagnosis.null.value("correlation")[0][:3] > 0.2)  # of the tests in wind
+
+
+def test_a_frequency_that_creeps_along_records_in_wind_is_told() -> None:
+    """By 2 %, at the same amplitudes, in two records of one test: springs that warm. A wind that drifts may do so."""
+    campaign, _ = simulate_case(9001, 1, None, 0.0, gusts=0.0)
+    data = load_gap(campaign)
+    channels, layout = data.channels, data.layout
+    creeps = np.isin(layout.records, ["r1_growth1.csv", "r1_growth2.csv"])
+    turned = 0.02 * 0.5 * channels.place**2 * (channels.omega * layout.duration[channels.record])
+    phase = channels.phase + np.where(creeps[channels.record], turned, 0.0)
+    diagnosis = diagnose_data(replace(data, channels=replace(channels, phase=phase)), campaign)
+    assert diagnosis.verdict == "unknown"
+    told = {one.record: one.value for one in diagnosis.contradictions if one.kind == "creep"}
+    assert told.keys() == {"r1_growth1.csv", "r1_growth2.csv"}
+    assert all(0.008 < value < 0.022 for value in told.values())  # noise that wanders smoothly takes a part
+    assert creeping(fit_null(data)[1]) == []

@@ -1,4 +1,4 @@
-"""What no model of a campaign does: records of one test at different frequencies, a free decay that grows again."""
+"""What no model of a campaign does: a test at different frequencies, or at one that creeps, a free decay that grows."""
 
 from collections import defaultdict
 from collections.abc import Iterator
@@ -9,6 +9,7 @@ import numpy as np
 
 from scruton.envelope import Cycles
 from scruton.gap.data import GapData
+from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.thresholds import (
     CLOCK_CYCLES,
     CLOCK_LOWEST,
@@ -64,8 +65,30 @@ class Contradiction:
 
 
 def contradictions(data: GapData) -> tuple[Contradiction, ...]:
-    """Those of a campaign, beyond chance, worst first."""
+    """Those of a campaign that show in its cycles, beyond chance, worst first."""
     return tuple(sorted([*wrong_clocks(data), *regrowths(data)], key=lambda one: -one.nats))
+
+
+def creeping(fit: FittedHypothesis) -> list[Contradiction]:
+    """Records in wind whose frequency changes as they go on, at the same amplitudes, by more than warmth moves it."""
+    hypothesis, layout = fit.hypothesis, fit.hypothesis.data.layout
+    where = hypothesis.slices.get((None, "frequency_trend"), slice(0))
+    location, scale = (of_all[where] for of_all in hypothesis.prior)
+    nats = 0.5 * ((fit.mode[where] - location) / scale) ** 2  # that such a prior takes from it
+    values, sds = fit.value("frequency_trend") if nats.size else (nats, nats)
+    records = [name for name, wind in zip(layout.records, layout.wind.tolist(), strict=True) if wind]
+    each = zip(records, *(x.tolist() for x in (nats, values, sds, scale)), strict=True)
+    return [
+        Contradiction(
+            name, weight, "frequency", "creep", value, float(np.hypot(sd, width)),
+            f"changes its frequency by {100.0 * value:+.2g} % or more as it goes on, at the same amplitudes",
+            "a frequency that creeps", abs(value), "of the frequency",
+            "springs that warm or settle, water that comes or goes, a wind that changes",
+            f"{name} once more after an hour, with the temperature of the springs beside",
+        )
+        for name, weight, value, sd, width in each
+        if weight > LINE_NATS
+    ]  # fmt: skip
 
 
 def regrowths(data: GapData) -> list[Contradiction]:

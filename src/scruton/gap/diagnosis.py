@@ -12,7 +12,7 @@ from scruton.dynamics.effects.terms import Belongs, Term
 from scruton.gap import thresholds
 from scruton.gap.attribute import Candidate, weigh
 from scruton.gap.check import Check, check
-from scruton.gap.contradictions import Contradiction, contradictions
+from scruton.gap.contradictions import Contradiction, contradictions, creeping
 from scruton.gap.data import GapData, load_gap
 from scruton.gap.held_out import predicts_better
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
@@ -25,7 +25,7 @@ from scruton.progress import Progress
 
 NONE, UNKNOWN = "none", catalogue.UNKNOWN.name
 PRIOR_NONE = 0.5
-_NOISE = ("scatter", "noise", "record_noise", "gust_scatter", "gust_time", "set_point_scatter")
+_NOISE = ("scatter", "noise", "record_noise", "correlation", "gust_scatter", "gust_time", "set_point_scatter")
 # Names of one thing where few records are: a smooth change through two or three tests is nearly any change; a wake that
 # lags bends the damping, too.
 ALIKE = (
@@ -234,7 +234,7 @@ def diagnose_data(
         further,
         places[0].told,
         first.base,
-        against,
+        (*against, *_creeping_beside(final, top)),
     )
 
 
@@ -262,9 +262,17 @@ def _refuted(mark: Check, name: str, data: GapData) -> bool:
 
     A wind that drifts moves the frequency, too.
     """
-    run = name in CATALOGUE and CATALOGUE[name].belongs is Belongs.RUN
-    foretold = mark.phase < thresholds.FORETOLD and not run
+    foretold = mark.phase < thresholds.FORETOLD and not _of_the_run(name)
     return bool(data.layout.wind.any()) and (mark.spread < thresholds.SPREADS or foretold)
+
+
+def _of_the_run(name: str) -> bool:
+    return name in CATALOGUE and CATALOGUE[name].belongs is Belongs.RUN
+
+
+def _creeping_beside(fit: FittedHypothesis, name: str) -> list[Contradiction]:
+    """Frequencies that creep beside what is named: a wind that drifts moves them."""
+    return [] if _of_the_run(name) else creeping(fit)
 
 
 def _judged(
@@ -286,6 +294,7 @@ def _judged(
     explained = max(gains[best.name], 0.0, _explained(null, leader)) if leader is not base else 0.0
     names = tuple(place.best.name for place in places if place.best.log_evidence > place.base.log_evidence)
     unexplained = unexplained_lines(lines, names, null.hypothesis.data)
+    against = [*against, *_creeping_beside(leader, best.name if leader is not base else NONE)]
     seen = [*(one.ratio for one in unexplained), *(one.nats for one in against)]
     line = sum(seen) - thresholds.LINE_NATS * len(seen)
     allowed = thresholds.ALLOWED_EXCESS + thresholds.ALLOWED_SHARE * explained

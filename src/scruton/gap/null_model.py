@@ -12,7 +12,7 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import Parameter
 from scruton.dynamics.effects.terms import COLUMNS, IntArray, Term, compact
 from scruton.gap.data import GapData
-from scruton.gap.thresholds import MOST_GUSTS, MOST_SET_POINT
+from scruton.gap.thresholds import MOST_CORRELATION, MOST_GUSTS, MOST_SET_POINT
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +57,9 @@ class NullModel:
         table[:, :, Term.NOISE] = values["noise"] * values["record_noise"]
         for term in (Term.DETUNING, Term.THIRD, Term.THIRD_NOISE, Term.GAIN):
             table[:, :, term] = values[term.name.lower()]
+        for term in (Term.CORRELATION, Term.PHASE_CORRELATION):
+            correlation = values[term.name.lower()]  # bounded, too: what is smooth from cycle to cycle is no noise
+            table[:, :, term] = correlation / np.hypot(1.0, correlation / MOST_CORRELATION)
         table[:, :, Term.FREQUENCY_LOSS] = values["frequency_loss"]
         table[:, :, Term.STIFFNESS] = values["stiffness"] / layout.largest.max() ** 2
         return table
@@ -94,6 +97,8 @@ def null_model(data: GapData) -> NullModel:
     each = np.arange(len(layout.records))
     for name, members in (
         ("noise", groups),
+        ("correlation", groups),
+        ("phase_correlation", groups),
         ("record_noise", each),
         ("detuning", each),
         ("third", layout.by_rig()),
@@ -108,5 +113,5 @@ def null_model(data: GapData) -> NullModel:
         ("set_point_scatter", layout.in_wind()),
     ):
         if members.max() >= 0:
-            add(name, members)
+            add(name, members, on_card="correlation" if name == "phase_correlation" else "")
     return NullModel(data, tuple(parameters))

@@ -16,6 +16,7 @@ import numpy as np
 # `unknown`.
 MOST_GUSTS = 0.06
 MOST_SET_POINT = 0.02  # of the stable amplitude, likewise, from record to record
+MOST_CORRELATION = 0.6  # of neighbouring cycles, that the null model has
 DIES_OUT = 0.1  # of the largest stable amplitude: a test that has less is no measure of sizes
 
 # ---- the verdict

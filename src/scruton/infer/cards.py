@@ -47,20 +47,20 @@ NULL_UNITS = {
     "stable_amplitude": "amplitude at the end of the records",
     "aerodynamic_rate": "omega",
     **dict.fromkeys(("scatter", "phase_scatter", "still_air_scatter", "noise", "record_noise"), "-"),
-    **dict.fromkeys(("detuning", "third", "third_noise", "gain"), "-"),
+    **dict.fromkeys(("detuning", "third", "third_noise", "gain", "correlation"), "-"),
     **dict.fromkeys(("stiffness", "stiffness_in_wind", "frequency_trend", "frequency_loss", "off_curve"), "-"),
     **{name: UNITS[name] for name in ("gust_scatter", "gust_time", "set_point_scatter")},
 }
 # Cards that were written before these were parameters say nothing of them, and have the shipped priors.
 LATER = (
     *("gust_scatter", "gust_time", "set_point_scatter", "departure_scale"),
-    *("frequency_trend", "frequency_loss", "off_curve", "record_noise"),
+    *("frequency_trend", "frequency_loss", "off_curve", "record_noise", "correlation"),
 )
 UNITS_BY_MOTION = {"stable_amplitude.heaving": "A/D", "stable_amplitude.torsional": "rad"}
 # Parameters that may have either sign; all others must be positive, and are sampled by their logarithm.
 SIGNED = {
     *("trial_amplitude", "trial_slow_rate", EXPONENT, "detuning", "third", "gain"),
-    *("stiffness", "stiffness_in_wind", "frequency_trend", "frequency_loss", "off_curve"),
+    *("stiffness", "stiffness_in_wind", "frequency_trend", "frequency_loss", "off_curve", "correlation"),
 }
 # Enters linearly and is integrated out, which only a normal prior allows.
 LINEAR = "trial_amplitude"

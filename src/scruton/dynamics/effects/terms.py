@@ -116,9 +116,11 @@ class Term(IntEnum):
     FRICTION_HUMP = 61 + HATS, _RIG  # h: friction is 1 + h/(1 + (a/a_h)^2) times what it is at speed (Stribeck)
     FRICTION_HUMP_AT = 62 + HATS, _RIG  # a_h
     FORCE_TWICE = 63 + HATS, _WIND  # 1: what is forced is the stiffness, near twice the frequency: FORCE_... in [1/s]
+    CORRELATION = 64 + HATS, _RUN  # of a cycle's innovation of the amplitude with that of the cycle before
+    PHASE_CORRELATION = 65 + HATS, _RUN  # the same of the phase
 
 
-COLUMNS = int(Term.FORCE_TWICE) + 1
+COLUMNS = int(Term.PHASE_CORRELATION) + 1
 BELONGS: dict[Term, Belongs] = {term: term.belongs for term in Term}
 
 
