@@ -84,12 +84,16 @@ def test_no_wrong_name_is_sure(name: str, measured: Callable[[str], Examined]) -
 
 
 @pytest.mark.real
-def test_an_unknown_leads_by_what_is_reported(measured: Callable[[str], Examined]) -> None:
-    """Of the cylinder the model reported was weaker, also on records held out, than a pair of the catalogue."""
+def test_what_the_gusts_leave_of_the_cylinder_is_its_second_line(measured: Callable[[str], Examined]) -> None:
+    """Gusts that last some cycles are the null model's, which then foretells what is left out: 5 % in amplitude.
+
+    What no model has is the line beside the response; before, a force off the response stood beside it (0.61).
+    """
     content = measured("cylinder-in-wind").content
-    assert (content["verdict"], content["also"]) == ("unknown", ["vortex_shedding_forcing"])
-    shrink = content["shrink"]
-    assert shrink["held_out"]["fraction"] > shrink["runner_up"]["fraction"]
+    assert (content["verdict"], content["also"]) == ("unknown", [])
+    line = max(content["unknown"]["lines"], key=lambda line: line["amplitude"])
+    assert line["frequency"] == pytest.approx(36.3, abs=0.2)
+    assert content["shrink"]["headline"]["amplitude_before"] < 0.08
 
 
 @pytest.mark.real

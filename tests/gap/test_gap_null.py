@@ -81,7 +81,7 @@ def test_turbulence_that_lasts_some_cycles_is_no_gap(monkeypatch: pytest.MonkeyP
     campaign, _ = simulate_case(9050, index, None, 0.0, turbulence=0.002, gusts=0.12)
     diagnosis = diagnose(campaign)
     assert diagnosis.probability["none"] > 0.8
-    assert np.all(diagnosis.null.value("correlation")[0] > 0.2)
+    assert np.all(diagnosis.null.value("correlation")[0][:3] > 0.2)  # of the tests in wind
 
 
 def test_a_frequency_that_creeps_along_records_in_wind_is_told() -> None:

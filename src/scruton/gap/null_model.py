@@ -51,15 +51,15 @@ class NullModel:
             table[:, :, Term.GUST_RATE] = rate / np.where(wind, values["gust_time"], np.inf)
             table[:, :, Term.STIFFNESS_LINEAR] = values["stiffness_in_wind"] / layout.largest.max()
             table[:, :, Term.FREQUENCY_TREND] = values["frequency_trend"]
-            for term in (Term.CORRELATION, Term.PHASE_CORRELATION):
-                correlation = values[term.name.lower()]  # bounded, too: what is smooth from cycle to cycle is no noise
-                table[:, :, term] = correlation / np.hypot(1.0, correlation / MOST_CORRELATION)
         unit = level * np.sqrt(2.0 * rate)
         table[:, :, Term.SCATTER] = values["scatter"] * unit
         table[:, :, Term.PHASE_SCATTER] = values["phase_scatter"] * unit
         table[:, :, Term.NOISE] = values["noise"] * values["record_noise"]
         for term in (Term.DETUNING, Term.THIRD, Term.THIRD_NOISE, Term.GAIN):
             table[:, :, term] = values[term.name.lower()]
+        for term in (Term.CORRELATION, Term.PHASE_CORRELATION):
+            correlation = values[term.name.lower()]  # bounded, too: what is smooth from cycle to cycle is no noise
+            table[:, :, term] = correlation / np.hypot(1.0, correlation / MOST_CORRELATION)
         table[:, :, Term.FREQUENCY_LOSS] = values["frequency_loss"]
         table[:, :, Term.STIFFNESS] = values["stiffness"] / layout.largest.max() ** 2
         return table
@@ -97,8 +97,8 @@ def null_model(data: GapData) -> NullModel:
     each = np.arange(len(layout.records))
     for name, members in (
         ("noise", groups),
-        ("correlation", layout.by_test()),
-        ("phase_correlation", layout.by_test()),
+        ("correlation", groups),
+        ("phase_correlation", groups),
         ("record_noise", each),
         ("detuning", each),
         ("third", layout.by_rig()),
