@@ -200,8 +200,10 @@ def test_a_law_that_is_not_the_papers_stands_in_its_place(two_rigs):
     """Ehsan and Scanlan's: all of the drive is that law's, and it is one effect, without a loss of coherence beside."""
     found = diagnose(load_campaign(two_rigs("ehsan-scanlan")))
     assert found.found == ("aerodynamic_damping_nonlinearity",)
-    share = found_parameters(found, "aerodynamic_damping_nonlinearity")["share"]
-    assert "A^2" in share["form"]
+    parameters = found_parameters(found, "aerodynamic_damping_nonlinearity")
+    share = parameters["share"]
+    assert share["form"].startswith("in the place of the drive")
+    assert parameters["exponent"]["median"] == pytest.approx(2.0, abs=0.1)
     assert share["median"] == pytest.approx(1.0, abs=0.1)
     place = next(one for one in locate(found) if one.effect)  # at the stable amplitude nothing is added
     assert place.excess > 1e-4
@@ -221,12 +223,15 @@ def test_a_promise_is_the_gain_of_a_small_effect(clean):
 
 
 def test_gusts_are_found_that_turbulence_would_explain_worse(monkeypatch):
-    """Twelve nats worse, which an effect would gain whose fit comes upon them."""
+    """Nearly three nats worse, which an effect would gain whose fit comes upon them.
+
+    They were twelve where neighbouring cycles had nothing in common.
+    """
     campaign, _ = simulate_case(77, 26, None, 0.0, gusts=(0.04, 0.08), turbulence=(0.005, 0.01))
     _, null = fit_null(load_gap(campaign))
     monkeypatch.setattr(diagnosis, "_in_gusts", lambda fit: fit)
     _, without = fit_null(load_gap(campaign))
-    assert null.log_evidence > without.log_evidence + 5.0
+    assert null.log_evidence > without.log_evidence + 2.0
     gusts = null.hypothesis.slices[None, "gust_scatter"]
     assert (null.mode[gusts] > without.mode[gusts] + 1.0).any()
 

@@ -232,17 +232,20 @@ class Hypothesis:
         Row i holds, for every cycle, the derivative in that value of parameter i which the cycle's record takes.
         """
         scale = self.prior[1] * _STEP
-        count, channels = len(self.parameters), self.data.channels
-        moves = np.zeros((count, self.size))
+        moves = np.zeros((len(self.parameters), self.size))
         for i, where in enumerate(self.slices.values()):
             moves[i, where] = scale[where]
         v, s = self.innovations(np.concatenate([u[None], u + moves]))
         s = np.log(s)
-        width = np.r_[scale, 1.0][self.places][:, channels.record]
         jv, js = v[1:] - v[0], s[1:] - s[0]
         for each in (by_channel(jv), by_channel(js)):
-            each /= width[:, None, :]
+            each /= self._widths[:, None, :]
         return v[0], s[0], jv, js
+
+    @cached_property
+    def _widths(self) -> FloatArray:
+        """How far each cycle's value of a parameter is moved for a derivative, (P, N); of what it has none of, any."""
+        return np.asarray(np.r_[self.prior[1] * _STEP, 1.0][self.places][:, self.data.channels.record])
 
     @cached_property
     def blocks(self) -> tuple[Block, ...]:
