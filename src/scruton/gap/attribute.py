@@ -90,8 +90,11 @@ def weigh(
         }
         others = []
         for first, *ranked in filter(None, promising):
-            least, most = sorted(max(gain, 0.0) for gain in (first.gain, kept[first.variant.effect]))
-            needed = max(least - FIT_WITHIN, HOPELESS) - FIT_SHARE * most
+            gained = kept[first.variant.effect]
+            least, most = sorted(max(gain, 0.0) for gain in (first.gain, gained))
+            # what is scanned for promises the less the more of it noise has taken up: the others as the first one
+            off = max(FIT_SHARE * most, gained - first.gain) if first.variant.scan else FIT_SHARE * most
+            needed = max(least - FIT_WITHIN, HOPELESS) - off
             others += [test for test in ranked if test.gain >= needed]
         if known is not None and known.variant is not None:
             others.append(ScoreTest(known.variant, 0.0, known.optimum))

@@ -298,19 +298,34 @@ class Hypothesis:
         iterations : int
             At most so many steps.
         """
-        location, scale = self.prior
-        logarithmic = self._of_each("log")
+        (location, scale), logarithmic = self.prior, self._of_each("log")
 
         def log_prob(points: FloatArray) -> FloatArray:
             return np.asarray(sum(self.log_prob(points)))
 
         # where the filter loses its way nothing leads on
         first = self.start() if start is None or not np.isfinite(log_prob(start[None])[0]) else start.copy()
-        u, (_, _, fisher) = climb(
-            self.scores, log_prob, first, iterations=iterations,
-            limit=lambda u: np.where(logarithmic, 1.5, 5.0 * scale + np.abs(u - location)),
-        )  # fmt: skip
+        for _ in range(2):
+            u, (_, _, fisher) = climb(
+                self.scores, log_prob, first, iterations=iterations,
+                limit=lambda u: np.where(logarithmic, 1.5, 5.0 * scale + np.abs(u - location)),
+            )  # fmt: skip
+            if np.array_equal(first := self._upright(u), u):
+                break
         return self.laplace(u, fisher)
+
+    def _upright(self, u: FloatArray) -> FloatArray:
+        """The same point, with forces that came out less than none as what they are: of half a turn later, (d,)."""
+        u = u.copy()
+        for i, variant in enumerate(self.variants):
+            size, phase = (next((p for p in variant.parameters if p.name == name), None) for name in ("size", "phase"))
+            if size is not None and size.positive and phase is not None:
+                at = self.slices[i, "size"]
+                less = (size.members >= 0) & (u[at][size.members] < 0.0)
+                turned = self.slices[i, "phase"].start + np.unique(phase.members[less])
+                u[turned] -= np.copysign(np.pi, u[turned])
+                u[at] = np.abs(u[at])
+        return u
 
     @_LOST_OR_NOT
     def laplace(self, u: FloatArray, fisher: FloatArray) -> FittedHypothesis:
