@@ -12,7 +12,6 @@ from scruton.spared import ONE_THREAD, _Sparing
 
 PROGRAM = """
 import sys
-from pathlib import Path
 from scruton.spared import serve_dask, spare
 spare()
 spare()

@@ -40,9 +40,9 @@ _WARMING, _CREEP, _LOSS = int(Term.WARMING), int(Term.FREQUENCY_TREND), int(Term
 _H3, _H3R, _JT = int(Term.THIRD), int(Term.THIRD_NOISE), int(Term.JUMP_TIME)
 _LC, _LS, _LR, _LD = int(Term.LINE_COS), int(Term.LINE_SIN), int(Term.LINE_RATE), int(Term.LINE_DECAY)
 _GUST, _GUST_RATE, _SET_POINT = int(Term.GUST), int(Term.GUST_RATE), int(Term.SET_POINT)
-_FILTERED = np.setdiff1d(np.arange(COLUMNS), CORRELATIONS)
-# Columns that the amplitude depends on; the others move the phase and the third harmonic alone.
-_DAMPING = np.setdiff1d(_FILTERED, [_DET, *_BENDS, _CREEP, _LOSS, _PQ, _H3, _H3R])
+# Columns that move the phase and the third harmonic alone, and those that the amplitude depends on.
+_BESIDE = [_DET, *_BENDS, _CREEP, _LOSS, _PQ, _H3, _H3R]
+_DAMPING = np.setdiff1d(np.arange(COLUMNS), [*_BESIDE, *CORRELATIONS])
 
 
 class _Cycles(NamedTuple):
@@ -388,10 +388,10 @@ def channel_innovations(data: Channels, table: FloatArray, *, initial_sd: float 
     """
     shape = (len(table), 3 * data.size)
     # Rows are mostly neighbours of the first one: what they leave alone is copied from it.
-    changed = (table != table[:1])[:, :, _FILTERED]
-    moved = changed[:, :, np.isin(_FILTERED, _DAMPING)].any(axis=2)
-    active = np.where(moved, 2, np.where(changed.any(axis=2), 1, 0)).astype(np.int8)
-    active[0], innovation, variance = 2, np.empty(shape), np.empty(shape)
+    changed = table != table[:1]
+    active = np.where(changed[:, :, _DAMPING].any(axis=2), 2, changed[:, :, _BESIDE].any(axis=2)).astype(np.int8)
+    active[0] = 2
+    innovation, variance = np.empty(shape), np.empty(shape)
     cycles, rows = _Cycles(*(getattr(data, name) for name in _Cycles._fields)), np.ascontiguousarray(table)
     _extended_filter(cycles, data.knots, rows, active, initial_sd**2, innovation, variance)
     if rows[:, :, CORRELATIONS].any():

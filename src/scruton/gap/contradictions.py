@@ -72,10 +72,11 @@ def contradictions(data: GapData) -> tuple[Contradiction, ...]:
 def creeping(fit: FittedHypothesis) -> list[Contradiction]:
     """Records in wind whose frequency changes as they go on, at the same amplitudes, by more than warmth moves it."""
     hypothesis, layout = fit.hypothesis, fit.hypothesis.data.layout
-    where = hypothesis.slices.get((None, "frequency_trend"), slice(0))
+    if (where := hypothesis.slices.get((None, "frequency_trend"))) is None:  # nothing is in wind
+        return []
     location, scale = (of_all[where] for of_all in hypothesis.prior)
-    nats = 0.5 * ((fit.mode[where] - location) / scale) ** 2  # that such a prior takes from it
-    values, sds = fit.value("frequency_trend") if nats.size else (nats, nats)
+    values, sds = fit.value("frequency_trend")
+    nats = 0.5 * ((values - location) / scale) ** 2  # that such a prior takes from it
     records = [name for name, wind in zip(layout.records, layout.wind.tolist(), strict=True) if wind]
     each = zip(records, *(x.tolist() for x in (nats, values, sds, scale)), strict=True)
     return [

@@ -13,9 +13,11 @@ from scruton.stats.fisher_scoring import climb, solved
 _LOG_2PI = float(np.log(2.0 * np.pi))
 _ITERATIONS = 40
 _IMPERFECTIONS = ("stiffness", "third")  # that one setting need not share with another
-_NEIGHBOURS = ("correlation", "phase_correlation")
 # What the wind does to one setting as to another; it blurs the reading, too.
-_SCATTER = ("scatter", "phase_scatter", "noise", "record_noise", "gust_scatter", "gust_time", *_NEIGHBOURS)
+_SCATTER = (
+    *("scatter", "phase_scatter", "noise", "record_noise", "correlation", "phase_correlation"),
+    *("gust_scatter", "gust_time"),
+)
 _OWN = ("detuning", "frequency_trend", "gain", "set_point_scatter", *_SCATTER, *_IMPERFECTIONS)
 
 
