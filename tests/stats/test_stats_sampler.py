@@ -254,7 +254,7 @@ def test_a_mixture_fits_what_no_student_t_does():
     x = rng.standard_normal((4000, 2)) * [1.0, 0.3]
     x[:, 1] += x[:, 0] ** 2
     fitted, one, half = fit_mixture(x[:2000]), maximum_likelihood(x[:2000], 5.0), x[2000:]
-    assert np.logaddexp.reduce(fitted.log_terms(half)).mean() > one.log_density(half).mean() + 0.3
+    assert np.logaddexp.reduce(fitted.log_terms(fitted.distances(half))).mean() > one.log_density(half).mean() + 0.3
     assert fitted.weight.sum() == pytest.approx(1.0)
 
 

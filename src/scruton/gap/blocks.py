@@ -36,3 +36,13 @@ class Block:
         """What belongs to the record of derivatives (P, 3 N), by the parameters that it takes."""
         own = by_channel(slopes)[..., self.cycles]
         return np.asarray((own if self.rows.size == len(own) else own[self.rows]).reshape(self.rows.size, -1))
+
+
+def blocks(places: np.ndarray, record: np.ndarray) -> tuple[Block, ...]:
+    """Every record's, of coordinates (P, R) that it takes each parameter from, -1 for none, and the cycles' records."""
+    ends = np.searchsorted(record, np.arange(places.shape[1] + 1))
+    found = []
+    for coordinates, low, high in zip(places.T, ends[:-1], ends[1:], strict=True):
+        rows = np.flatnonzero(coordinates >= 0)
+        found.append(Block(slice(int(low), int(high)), rows, coordinates[rows]))
+    return tuple(found)

@@ -20,7 +20,7 @@ from scruton.dynamics.effects.terms import Term
 from scruton.dynamics.extended import channel_innovations
 from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
 from scruton.dynamics.reading import readings
-from scruton.gap.blocks import Block, by_channel
+from scruton.gap.blocks import Block, blocks, by_channel
 from scruton.gap.data import GapData
 from scruton.gap.null_model import NullModel
 from scruton.gap.thresholds import LOST
@@ -159,6 +159,11 @@ class Hypothesis:
         return self._of_each("location"), self._of_each("scale")
 
     @cached_property
+    def _logarithmic(self) -> np.ndarray:
+        """Whether each coordinate is a logarithm, (d,) of bool."""
+        return self._of_each("log")
+
+    @cached_property
     def positive(self) -> np.ndarray:
         """Whether the prior of each coordinate is cut at zero, (d,) of bool."""
         return self._of_each("positive")
@@ -174,11 +179,10 @@ class Hypothesis:
     def table(self, u: FloatArray) -> FloatArray:
         """Coefficients, (W, R, COLUMNS), from coordinates (W, d)."""
         values: dict[int | None, dict[str, FloatArray]] = {owner: {} for owner in (None, *range(len(self.variants)))}
-        for parameter in self.parameters:
-            part = u[:, self.slices[parameter.key]]
-            natural = np.exp(np.clip(part, -60.0, 60.0)) if parameter.log else part
-            padded = np.concatenate([natural, np.zeros((len(u), 1))], axis=1)
-            values[parameter.owner][parameter.name] = padded[:, parameter.members]
+        natural = np.where(self._logarithmic, np.exp(np.clip(u, -60.0, 60.0)), u)
+        natural = np.append(natural, np.zeros((len(u), 1)), axis=1)
+        for parameter, of_records in zip(self.parameters, natural.T[self.places], strict=True):
+            values[parameter.owner][parameter.name] = of_records.T
         table = self.null.table(values[None])
         for i, variant in enumerate(self.variants):
             variant.apply(table, values[i], self.data.layout)
@@ -250,13 +254,7 @@ class Hypothesis:
     @cached_property
     def blocks(self) -> tuple[Block, ...]:
         """Every record's."""
-        record = self.data.channels.record
-        ends = np.searchsorted(record, np.arange(len(self.data.layout.records) + 1))
-        blocks = []
-        for coordinates, low, high in zip(self.places.T, ends[:-1], ends[1:], strict=True):
-            rows = np.flatnonzero(coordinates >= 0)
-            blocks.append(Block(slice(int(low), int(high)), rows, coordinates[rows]))
-        return tuple(blocks)
+        return blocks(self.places, self.data.channels.record)
 
     def add_scores(
         self, u: FloatArray, gradient: FloatArray, fisher: FloatArray, *, deaf: int | None = None
@@ -298,7 +296,7 @@ class Hypothesis:
         iterations : int
             At most so many steps.
         """
-        (location, scale), logarithmic = self.prior, self._of_each("log")
+        location, scale = self.prior
 
         def log_prob(points: FloatArray) -> FloatArray:
             return np.asarray(sum(self.log_prob(points)))
@@ -308,7 +306,7 @@ class Hypothesis:
         for _ in range(2):
             u, (_, _, fisher) = climb(
                 self.scores, log_prob, first, iterations=iterations,
-                limit=lambda u: np.where(logarithmic, 1.5, 5.0 * scale + np.abs(u - location)),
+                limit=lambda u: np.where(self._logarithmic, 1.5, 5.0 * scale + np.abs(u - location)),
             )  # fmt: skip
             if np.array_equal(first := self._upright(u), u):
                 break

@@ -14,6 +14,7 @@ from scruton.sizing.risk import Risk
 from scruton.sizing.thresholds import DAMPING_TEST_COV, STEADY_COV
 
 POINTS = 1 << 14
+_SINGULAR = 1e-13  # of the largest eigenvalue
 _KNOTS, _DEGREE = 6, 3
 
 
@@ -224,12 +225,13 @@ def _saving(losses: FloatArray, outcome: Sequence[FloatArray]) -> float:
     Each half of the draws is judged by the regression of the other: a choice that only fits noise saves nothing.
     """
     basis = _basis(outcome)
-    halves = np.arange(len(losses)) % 2 == 0
+    halves = [(basis[k::2], losses[k::2]) for k in (0, 1)]
     spent = 0.0
-    for half in (halves, ~halves):
-        weights, *_ = np.linalg.lstsq(basis[~half], losses[~half], rcond=None)
-        choice = (basis[half] @ weights).argmin(axis=1)
-        spent += float(losses[half][np.arange(half.sum()), choice].sum())
+    for (here, own), (told, then) in zip(halves, halves[::-1], strict=True):
+        # by the normal equations: ranks lie in (0, 1), and what columns have in common is left out
+        weights, *_ = np.linalg.lstsq(told.T @ told, told.T @ then, rcond=_SINGULAR)
+        choice = (here @ weights).argmin(axis=1)
+        spent += float(own[np.arange(len(own)), choice].sum())
     return max(0.0, float(losses.mean(axis=0).min()) - spent / len(losses))
 
 

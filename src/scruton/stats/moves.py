@@ -107,11 +107,15 @@ class AtOnce:
         self, blocks: Sequence[Block], proposals: Sequence[Proposal], assess: Assess, *, by_halves: bool
     ) -> None:
         self.blocks, self.proposals, self.assess, self.by_halves = blocks, proposals, assess, by_halves
+        self._unread = all(block.unread for block in blocks)
+        self._parts = np.array([block.part for block in blocks])
+        moved = [np.r_[block.members, block.carried] for block in blocks]
+        self._moved = np.concatenate(moved)  # columns of all blocks, and which block each is of
+        self._of = np.repeat(np.arange(len(blocks)), [columns.size for columns in moved])
 
     def make(self, at: Walkers, rng: np.random.RandomState) -> FloatArray:
         """See `Move`."""
-        which = [block.part for block in self.blocks]
-        unread = all(block.unread for block in self.blocks)
+        which, whole = self._parts, self._parts[0] == 0
         accepted = np.zeros(len(at.coords))
         for own, rest in self._turns():
             walkers, parts, told = at.coords[own], at.parts[own], at.told[own]  # views, which are moved
@@ -121,20 +125,18 @@ class AtOnce:
                 new[:, block.members], ratio[:, k] = proposal.draw(walkers, at.coords[rest], rng)
                 if block.carried.size:
                     new[:, block.carried] += new[:, block.members] - walkers[:, block.members]
-            after, told_after = self.assess(new, told if unread else None)
+            after, told_after = self.assess(new, told if self._unread else None)
             gain = after[:, which] - parts[:, which]
             good = np.log(rng.random_sample(ratio.shape)) < gain + ratio
-            if which == [0]:
+            if whole:
                 for of, then in ((walkers, new), (parts, after), (told, told_after)):
                     np.copyto(of, then, where=good)
             else:
                 # what is in none of the blocks stays as it is
                 parts[:, 0] += np.where(good, gain, 0.0).sum(axis=1)
-                for k, block in enumerate(self.blocks):
-                    moved = np.r_[block.members, block.carried]
-                    each = (walkers, new, moved), (parts, after, [block.part]), (told, told_after, [block.part - 1])
-                    for of, then, columns in each:
-                        of[:, columns] = np.where(good[:, k, None], then[:, columns], of[:, columns])
+                each = (walkers, new, self._moved, good[:, self._of]), (parts, after, which, good)
+                for of, then, columns, where in (*each, (told, told_after, which - 1, good)):
+                    of[:, columns] = np.where(where, then[:, columns], of[:, columns])
             accepted[own] = good.mean(axis=1)
         return accepted
 

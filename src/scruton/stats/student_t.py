@@ -40,8 +40,12 @@ class StudentT:
 
     def log_density(self, x: FloatArray) -> FloatArray:
         """Log density, (size,)."""
+        return self.log_density_at(self.distance(x))
+
+    def log_density_at(self, distance: FloatArray) -> FloatArray:
+        """Log density at squared distances, (size,)."""
         nu, d = self.degrees_of_freedom, self.centre.size
-        return np.asarray(self.inverse[1] - 0.5 * (nu + d) * np.log1p(self.distance(x) / nu))
+        return np.asarray(self.inverse[1] - 0.5 * (nu + d) * np.log1p(distance / nu))
 
     def distance(self, x: FloatArray) -> FloatArray:
         """Squared distance from the centre in units of the scale, (size,)."""
@@ -68,9 +72,14 @@ class Mixture:
     weight: FloatArray
     parts: tuple[StudentT, ...]
 
-    def log_terms(self, x: FloatArray) -> FloatArray:
-        """Log density of each part times its weight, (K, size)."""
-        return np.log(self.weight)[:, None] + np.stack([part.log_density(x) for part in self.parts])
+    def distances(self, x: FloatArray) -> FloatArray:
+        """Squared distances from each part, (K, size)."""
+        return np.stack([part.distance(x) for part in self.parts])
+
+    def log_terms(self, distances: FloatArray) -> FloatArray:
+        """Log density of each part times its weight, (K, size), at distances from them."""
+        density = [part.log_density_at(distance) for part, distance in zip(self.parts, distances, strict=True)]
+        return np.log(self.weight)[:, None] + np.stack(density)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +100,16 @@ class Conditional:
     whole: Mixture
     members: IntArray
     given: IntArray
+
+    @cached_property
+    def _shares(self) -> FloatArray:
+        """Log weights, (parts, 1)."""
+        return np.asarray(np.log(self.whole.weight)[:, None])
+
+    @cached_property
+    def _centres(self) -> FloatArray:
+        """Of the members, (parts, 1, members)."""
+        return np.stack([part.centre[self.given.size :] for part in self.whole.parts])[:, None]
 
     @cached_property
     def _others(self) -> "_Stack":
@@ -116,8 +135,7 @@ class Conditional:
     def draw(self, x: FloatArray, rng: np.random.RandomState) -> tuple[FloatArray, FloatArray]:
         """Draw the members anew at points (N, d): (N, k), and log ratios of the densities of the way back and there."""
         size, residuals = self.given.size, self._residuals
-        share = np.log(self.whole.weight)[:, None]
-        centres = np.stack([part.centre[size:] for part in self.whole.parts])[:, None]
+        share, centres = self._shares, self._centres
         if size:
             away = x[:, self.given] - self._others.centre
             share = share + self._others.log_density(away)
@@ -197,9 +215,9 @@ def fit_mixture(points: FloatArray) -> Mixture:
             centre, squares = _weighted(points, weight)
             parts.append(StudentT(centre, _root((squares + d * scale) / (r.sum() + d)), AT_OPTIMUM))
         mixture = Mixture(share.mean(axis=1), tuple(parts))
-        distance = np.stack([p.distance(points) for p in parts])
-        gain = (AT_OPTIMUM + d) / (AT_OPTIMUM + distance)
-        log_share = mixture.log_terms(points)
+        distances = mixture.distances(points)
+        gain = (AT_OPTIMUM + d) / (AT_OPTIMUM + distances)
+        log_share = mixture.log_terms(distances)
     wide = StudentT(whole.centre, whole.cholesky * _WIDER, FITTED_TO_DRAWS)
     return Mixture(np.r_[_WHOLE, (1.0 - _WHOLE) * mixture.weight], (wide, *mixture.parts))
 
