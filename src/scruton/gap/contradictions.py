@@ -1,7 +1,7 @@
 """What no model of a campaign does: a test at different frequencies, or at one that creeps, a free decay that grows."""
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -64,9 +64,14 @@ class Contradiction:
         return f"{self.record} {self.seen}"
 
 
-def contradictions(data: GapData) -> tuple[Contradiction, ...]:
-    """Those of a campaign that show in its cycles, beyond chance, worst first."""
-    return tuple(sorted([*wrong_clocks(data), *regrowths(data)], key=lambda one: -one.nats))
+def contradictions(data: GapData) -> list[Contradiction]:
+    """Those of a campaign that show in its cycles, beyond chance."""
+    return [*wrong_clocks(data), *regrowths(data)]
+
+
+def worst_first(found: Iterable[Contradiction]) -> tuple[Contradiction, ...]:
+    """The same, by what they take from a record that does it by chance."""
+    return tuple(sorted(found, key=lambda one: -one.nats))
 
 
 def creeping(fit: FittedHypothesis) -> list[Contradiction]:

@@ -12,7 +12,7 @@ from scruton.dynamics.effects.terms import Belongs, Term
 from scruton.gap import thresholds
 from scruton.gap.attribute import Candidate, weigh
 from scruton.gap.check import Check, check
-from scruton.gap.contradictions import Contradiction, contradictions, creeping
+from scruton.gap.contradictions import Contradiction, contradictions, creeping, worst_first
 from scruton.gap.data import GapData, load_gap
 from scruton.gap.held_out import predicts_better
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
@@ -234,7 +234,7 @@ def diagnose_data(
         further,
         places[0].told,
         first.base,
-        (*against, *_creeping_beside(final, top)),
+        worst_first([*against, *_creeping_beside(final, top)]),
     )
 
 
