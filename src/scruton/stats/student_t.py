@@ -143,8 +143,7 @@ class Conditional:
         total = np.cumsum(np.exp(share - share.max(axis=0)), axis=0)
         which = (rng.random_sample(len(x)) * total[-1] >= total[:-1]).sum(axis=0)
         members = residuals.draw(which, rng)
-        for k, centre in enumerate(centres):
-            members[which == k] += centre[which == k] if size else centre
+        members += centres[which, np.arange(len(x)) if size else 0]
 
         def density(points: FloatArray) -> FloatArray:
             return np.asarray(np.logaddexp.reduce(share + residuals.log_density(points - centres), axis=0))
