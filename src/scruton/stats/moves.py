@@ -115,7 +115,7 @@ class AtOnce:
 
     def make(self, at: Walkers, rng: np.random.RandomState) -> FloatArray:
         """See `Move`."""
-        which, whole = self._parts, self._parts[0] == 0
+        which = self._parts
         accepted = np.zeros(len(at.coords))
         for own, rest in self._turns():
             walkers, parts, told = at.coords[own], at.parts[own], at.told[own]  # views, which are moved
@@ -128,14 +128,17 @@ class AtOnce:
             after, told_after = self.assess(new, told if self._unread else None)
             gain = after[:, which] - parts[:, which]
             good = np.log(rng.random_sample(ratio.shape)) < gain + ratio
-            if whole:
+            if which[0] == 0:  # the whole, which moves by itself
                 for of, then in ((walkers, new), (parts, after), (told, told_after)):
                     np.copyto(of, then, where=good)
             else:
                 # what is in none of the blocks stays as it is
                 parts[:, 0] += np.where(good, gain, 0.0).sum(axis=1)
-                each = (walkers, new, self._moved, good[:, self._of]), (parts, after, which, good)
-                for of, then, columns, where in (*each, (told, told_after, which - 1, good)):
+                for of, then, columns, where in (
+                    (walkers, new, self._moved, good[:, self._of]),
+                    (parts, after, which, good),
+                    (told, told_after, which - 1, good),
+                ):
                     of[:, columns] = np.where(where, then[:, columns], of[:, columns])
             accepted[own] = good.mean(axis=1)
         return accepted
