@@ -20,8 +20,9 @@ from scruton.gap import diagnosis
 from scruton.gap.attribute import Candidate
 from scruton.gap.bands import discrepancy_of_the_unknown
 from scruton.gap.check import check
+from scruton.gap.contradictions import contradictions
 from scruton.gap.data import load_gap
-from scruton.gap.diagnosis import diagnose, fit_null
+from scruton.gap.diagnosis import diagnose, diagnose_data, fit_null
 from scruton.gap.hypothesis import Hypothesis
 from scruton.gap.lines import second_lines
 from scruton.gap.locate import locate
@@ -159,6 +160,38 @@ def test_a_record_whose_clock_is_wrong_is_told_by_the_others_of_its_test(clean, 
         assert [one.record for one in findings] == [name]
         assert findings[0].excess == pytest.approx(off, abs=2e-3)
         assert "a clock that is wrong" in describe_unknown(found, findings)["text"]
+
+
+@pytest.mark.parametrize(("off", "verdict"), [(0.01, "none"), (0.08, "unknown")])
+def test_a_clock_that_is_wrong_in_the_wind_of_one_rig_is_told_by_the_other_rigs(clean, off, verdict):
+    campaign = clean[0]
+    first, *rest = campaign.tests
+    slowed = [replace(record, time=record.time * (1.0 + off)) for record in first.records]
+    data = load_gap(replace(campaign, tests=(replace(first, records=tuple(slowed)), *rest)))
+    found = contradictions(data)
+    assert [(one.record, one.kind) for one in found] == ([(slowed[0].name, "clock")] if verdict == "unknown" else [])
+    if found:
+        assert found[0].value == pytest.approx(-off, abs=0.01)
+        assert "off its rig in still air" in found[0].words
+        assert diagnose_data(data, campaign).verdict == verdict
+
+
+def test_what_strikes_now_and_then_is_unknown_however_much_a_smooth_effect_explains():
+    """A loose contact loses 5 % of a cycle twice a record, where the loss of coherence has nearly all the evidence."""
+    campaign, _ = simulate_case(SEED, 1, "spanwise_coherence_loss", 0.4)
+    rng = np.random.default_rng(1)
+
+    def loose(record):
+        response = record.response.copy()
+        cycle = round(1.0 / campaign.rigs[0].frequency.mean / float(record.time[1] - record.time[0]))
+        for start in rng.integers(0, response.size - cycle, 2):
+            response[start : start + cycle] *= 0.95
+        return replace(record, response=response)
+
+    tests = tuple(replace(test, records=tuple(map(loose, test.records))) for test in campaign.tests)
+    found = diagnose(replace(campaign, tests=tests))
+    assert found.log_weights["spanwise_coherence_loss"] > 0.0
+    assert found.verdict == "unknown"
 
 
 @pytest.mark.parametrize(("shaken", "verdict"), [(0.0, "none"), (0.1, "unknown")])
@@ -361,11 +394,17 @@ def test_a_wind_that_leaves_its_stated_speed_is_found():
 def test_the_unknown_does_not_lead_what_closes_more_on_records_held_out(monkeypatch, clean):
     _, _, null = clean
     best, generic = Candidate("structural_damping_error", 100.0, null), Candidate("unknown", 500.0, null)
+    left = 40.0
+    monkeypatch.setattr(
+        diagnosis, "weigh", lambda base, *_, **__: {"unknown": Candidate("unknown", base.log_evidence + left, null)}
+    )
     for better in (True, False):
         monkeypatch.setattr(diagnosis, "predicts_better", lambda *_, better=better, **__: better)
-        assert diagnosis._earned(null, best, generic, 1) is not better
+        assert diagnosis._earned(null, best, generic, 100.0, 1) is not better
     stronger = replace(best, log_evidence=600.0)
-    assert not diagnosis._earned(null, stronger, generic, 1)
+    assert not diagnosis._earned(null, stronger, generic, 100.0, 1)
+    monkeypatch.setattr(diagnosis, "predicts_better", lambda *_, **__: True)
+    assert diagnosis._earned(null, best, generic, 50.0, 1), "what leaves most of it to the unknown is not all"
 
 
 @pytest.mark.thorough

@@ -150,7 +150,17 @@ def test_a_pair_is_sought_beside_what_was_found_where_the_generic_term_leads_the
     assert names(found(world)) == [C], "any two would mend what is none of them"
     assert sorted(names(found(world, damps=[A, B]))) == sorted([A, B, C])
     assert names(found(world | {(C, "unknown"): 178.0}, damps=[A, B])) == [C], "not where it gains less than two must"
-    assert names(found(world | {(C, "unknown"): 300.0}, damps=[A, B])) == [C], "nor where the two have less"
+    first, second = found(world | {(C, "unknown"): 300.0}, damps=[A, B])
+    assert (first.gains["unknown"], second.best.name) == (142.0, C), "nor where the two have less"
+
+
+def test_where_the_generic_term_gains_much_beside_what_was_found_it_is_judged_first(found: Search) -> None:
+    world: World = {(A,): 400.0, (B,): 100.0, (A, B): 460.0, ("unknown",): 380.0}
+    assert names(found(world | {(A, "unknown"): 530.0})) == [A], "130 beside 400: a form that is off"
+    first, second = found(world | {(A, "unknown"): 600.0})
+    assert (first.base.log_evidence, first.gains["unknown"]) == (400.0, 200.0)
+    assert second.best.name == A
+    assert names(found(world | {(A, "unknown"): 600.0, (A, B): 590.0})) == [A, B], "which a second effect mends"
 
 
 def test_what_does_better_beside_the_others_takes_a_place(found: Search) -> None:

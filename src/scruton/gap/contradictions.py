@@ -18,6 +18,7 @@ from scruton.gap.thresholds import (
     LINE_NATS,
     REGROWS,
     REGROWS_SIGMAS,
+    SHIFT_SD,
 )
 
 
@@ -66,7 +67,7 @@ class Contradiction:
 
 def contradictions(data: GapData) -> list[Contradiction]:
     """Those of a campaign that show in its cycles, beyond chance."""
-    return [*wrong_clocks(data), *regrowths(data)]
+    return [*wrong_clocks(data), *rigs_out_of_step(data), *regrowths(data)]
 
 
 def worst_first(found: Iterable[Contradiction]) -> tuple[Contradiction, ...]:
@@ -155,6 +156,41 @@ def wrong_clocks(data: GapData) -> list[Contradiction]:
                 )
             )  # fmt: skip
     return found
+
+
+def rigs_out_of_step(data: GapData) -> list[Contradiction]:
+    """The rig whose frequency in wind is furthest from that in still air, beside what the fluid does to the others'."""
+    layout = data.layout
+    by_rig: dict[tuple[int, bool], list[str]] = defaultdict(list)
+    for record, rig, wind in zip(layout.records, layout.rig.tolist(), layout.wind.tolist(), strict=True):
+        by_rig[rig, wind].append(record)
+    shifts = {
+        rig: _median_frequency(data, by_rig[rig, True]) / _median_frequency(data, by_rig[rig, False]) - 1.0
+        for rig in sorted({rig for rig, _ in by_rig})
+        if by_rig[rig, True] and by_rig[rig, False]
+    }
+    if len(shifts) < 2:
+        return []
+    others = {rig: float(np.median([shift for one, shift in shifts.items() if one != rig])) for rig in shifts}
+    # Of two, the one that the wind moves more.
+    rig = max(shifts, key=lambda one: (round(abs(shifts[one] - others[one]), 9), abs(shifts[one])))
+    off, sd = shifts[rig] - others[rig], float(np.hypot(SHIFT_SD, others[rig]))
+    if (nats := 0.5 * (off / sd) ** 2) <= LINE_NATS:
+        return []
+    record = by_rig[rig, True][0]
+    return [
+        Contradiction(
+            record, nats, "frequency", "clock", off, sd,
+            f"swings {100.0 * shifts[rig]:+.2g} % off its rig in still air, as the wind moves no other rig",
+            "a clock", abs(off), "of the frequency",
+            "a clock that is wrong in the wind or in still air, or a mass or a spring that was changed between",
+            f"the time of {record} beside its logger's rate, and a free decay of its rig once more",
+        )
+    ]  # fmt: skip
+
+
+def _median_frequency(data: GapData, records: list[str]) -> float:
+    return float(np.median([data.cycles[record].reference_frequency for record in records]))
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.lines import SecondLine, second_lines
 from scruton.gap.null_model import null_model
 from scruton.gap.probability import probabilities
-from scruton.gap.search import Place, beside_unknown, search, slack_of_further
+from scruton.gap.search import Place, beside_unknown, left_by, search, slack_of_further
 from scruton.gap.speeds import DRIFT, SETTING, one_law_holds, weighed_at_other_speeds
 from scruton.progress import Progress
 
@@ -198,8 +198,12 @@ def diagnose_data(
             reported = beside_unknown(null, places, singles, effects, probable=probable, workers=workers, progress=tell)
             if len(reported) < len(places):  # what is weighed is what is reported
                 alone = {UNKNOWN: reported[0].candidates[UNKNOWN]}
-                places = [replace(places[0], candidates={**places[0].candidates, **alone}), *places[1:]]
-                gains, probability, top = _judged(null, places, lasting, against, checks, prior, prior_none, workers)
+                fewer = [replace(places[0], candidates={**places[0].candidates, **alone}), *places[1:]]
+                judged = _judged(null, fewer, lasting, against, checks, prior, prior_none, workers)
+                if judged[-1] != UNKNOWN and places[0].left:  # it leads beside them alone, and they do not hold there
+                    reported = places[:1]
+                else:
+                    places, (gains, probability, top) = fewer, judged
         if top != NONE or len(places) == 1:
             break
     if top == NONE and len(lasting) < len(lines):  # nothing else is wrong: the other mode is what the model lacks
@@ -303,14 +307,14 @@ def _judged(
     left = max(max(mark.excess, line) - allowed, struck)
     if UNKNOWN in gains:  # a card may leave it out
         gains[UNKNOWN] = max(_preferred(gains)[UNKNOWN], max(gains[best.name], 0.0) + left)
-        # Neither the catalogue nor the generic terms have a line beside the response, or a clock: their evidence has no
-        # say there.
-        ahead = gains[UNKNOWN] > max(gains[best.name], 0.0) and line < allowed
+        # Neither the catalogue nor the generic terms have a line beside the response, a clock, or what strikes: their
+        # evidence has no say there.
+        ahead = gains[UNKNOWN] > max(gains[best.name], 0.0) and line < allowed and struck <= 0.0
         # Nor has what explains less than it leaves.
         ahead = ahead and left <= max(gains[best.name], 0.0)
         # What gains so little that its lead over the unknown would be no preference holds nothing back.
         rival = leader is not base and gains[best.name] > thresholds.HOLDS_BACK_NATS
-        if ahead and rival and not _earned(leader, best, rivals[UNKNOWN], workers):
+        if ahead and rival and not _earned(leader, best, rivals[UNKNOWN], gains[best.name], workers):
             gains[UNKNOWN] = gains[best.name] - thresholds.UNEARNED_NATS
         if rival and _refuted(mark, best.name, null.hypothesis.data):  # then it is not sure
             gains[UNKNOWN] = max(gains[UNKNOWN], gains[best.name] - thresholds.UNEARNED_NATS)
@@ -332,11 +336,17 @@ def _preferred(gains: Mapping[str, float]) -> dict[str, float]:
     return found
 
 
-def _earned(leader: FittedHypothesis, best: Candidate, unknown: Candidate, workers: int) -> bool:
-    """Whether the unknown may lead: with more evidence than the catalogue, and no worse on records held out."""
+def _earned(leader: FittedHypothesis, best: Candidate, unknown: Candidate, gain: float, workers: int) -> bool:
+    """Whether the unknown may lead: with more evidence than the catalogue, and no worse on records held out.
+
+    An effect beside which the generic terms gain much leaves too much to be all, however it predicts.
+    """
     if best.log_evidence >= unknown.log_evidence:
         return False
-    return unknown.best is None or not predicts_better(leader, unknown.best, workers=workers)
+    if unknown.best is None or not predicts_better(leader, unknown.best, workers=workers):
+        return True
+    further = weigh(leader, [catalogue.UNKNOWN], workers=workers)[UNKNOWN]
+    return further.log_evidence > leader.log_evidence + left_by(gain)
 
 
 def _explained(base: FittedHypothesis, leader: FittedHypothesis) -> float:
