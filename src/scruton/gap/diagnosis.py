@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -186,11 +187,11 @@ def diagnose_data(
     def probable(place: Place) -> dict[str, float]:
         return _in_its_place(place, prior, prior_none)
 
-    found = search(null, singles, effects, probable=probable, workers=workers, progress=tell)
+    find = partial(search, null, singles, effects, probable=probable, workers=workers, progress=tell)
     tell("absolute check", 0.8)
     checks = {NONE: check(null)}
     # What stands beside an effect that is none after all is a verdict of its own.
-    for places in (found, [Place(null, singles)]):
+    for places in (readings := [find(), [Place(null, singles)]]):
         places = [replace(one, told=weighed_at_other_speeds(one, effects, workers=workers)) for one in places]
         gains, probability, top = _judged(null, places, lasting, against, checks, prior, prior_none, workers)
         reported = places
@@ -201,9 +202,9 @@ def diagnose_data(
                 fewer = [replace(places[0], candidates={**places[0].candidates, **alone}), *places[1:]]
                 judged = _judged(null, fewer, lasting, against, checks, prior, prior_none, workers)
                 if judged[-1] != UNKNOWN and places[0].left:  # it leads beside them alone, and they do not hold there
-                    reported = places[:1]
-                else:
-                    places, (gains, probability, top) = fewer, judged
+                    readings.insert(1, find(over=False))
+                    continue
+                places, (gains, probability, top) = fewer, judged
         if top != NONE or len(places) == 1:
             break
     if top == NONE and len(lasting) < len(lines):  # nothing else is wrong: the other mode is what the model lacks

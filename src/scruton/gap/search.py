@@ -110,14 +110,16 @@ def search(
     probable: Probable,
     workers: int,
     progress: Progress,
+    over: bool = True,
 ) -> list[Place]:
     """Places of the effects that act, strongest first; that of the best single effect where no two do.
 
     Effects join one by one while each gains enough.  Where the generic term still leads, pairs are tried: two effects
     that fit together may each lose to it alone.  Where it gains much beside all of them, its place is the first, and
-    they are what may stand beside it.  Then each is judged with the others in the model, and what does better in its
-    place takes it.  A further one stays that is `probable` there, by a half at least: what mends a form that is off a
-    little foretells nothing.  Where one effect alone is sure to act, the half may be shared by several names.
+    they are what may stand beside it, unless nothing left `over` is to be judged.  Then each is judged with the others
+    in the model, and what does better in its place takes it.  A further one stays that is `probable` there, by a half
+    at least: what mends a form that is off a little foretells nothing.  Where one effect alone is sure to act, the half
+    may be shared by several names.
     """
     beside = _beside(null, singles, effects, workers, progress)
     # The generic term knows no frequency: what only the frequency shows joins first, and the rest competes beside it.
@@ -140,7 +142,7 @@ def search(
         if pair and pair[-1].log_evidence > max(chain.evidence, at.generic if at is chain else -np.inf):
             chain = _joined(at.joined_by(beside, *pair), beside)
     explained = chain.evidence - null.log_evidence
-    if chain.evidence >= root.generic and chain.generic > chain.evidence + left_by(explained):
+    if over and chain.evidence >= root.generic and chain.generic > chain.evidence + left_by(explained):
         found = [Place(null, {one.name: one}) for one in chain.found]
         return [Place(chain.end, chain.candidates, left=True), *found]
     if chain.evidence < root.generic:
