@@ -188,10 +188,11 @@ def diagnose_data(
         return _in_its_place(place, prior, prior_none)
 
     find = partial(search, null, singles, effects, probable=probable, workers=workers, progress=tell)
+    readings = [find(), [Place(null, singles)]]
     tell("absolute check", 0.8)
     checks = {NONE: check(null)}
     # What stands beside an effect that is none after all is a verdict of its own.
-    for places in (readings := [find(), [Place(null, singles)]]):
+    for places in readings:
         places = [replace(one, told=weighed_at_other_speeds(one, effects, workers=workers)) for one in places]
         gains, probability, top = _judged(null, places, lasting, against, checks, prior, prior_none, workers)
         reported = places
@@ -309,10 +310,9 @@ def _judged(
     if UNKNOWN in gains:  # a card may leave it out
         gains[UNKNOWN] = max(_preferred(gains)[UNKNOWN], max(gains[best.name], 0.0) + left)
         # Neither the catalogue nor the generic terms have a line beside the response, a clock, or what strikes: their
-        # evidence has no say there.
-        ahead = gains[UNKNOWN] > max(gains[best.name], 0.0) and line < allowed and struck <= 0.0
-        # Nor has what explains less than it leaves.
-        ahead = ahead and left <= max(gains[best.name], 0.0)
+        # evidence has no say there. Nor has what explains less than it leaves.
+        own = max(gains[best.name], 0.0)
+        ahead = gains[UNKNOWN] > own and left <= own and line < allowed and struck <= 0.0
         # What gains so little that its lead over the unknown would be no preference holds nothing back.
         rival = leader is not base and gains[best.name] > thresholds.HOLDS_BACK_NATS
         if ahead and rival and not _earned(leader, best, rivals[UNKNOWN], gains[best.name], workers):

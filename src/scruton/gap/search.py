@@ -346,7 +346,8 @@ def slack_of_further(gain: float) -> float:
 def left_by(gain: float) -> float:
     """Nats that the generic term gains beside effects that explain so much, from which they leave too much to be all.
 
-    Forms that differ from the true ones leave up to 3 % of what they explain, causes of no catalogue 37 % and more.
+    Forms that differ from the true ones mostly leave up to 3 % of what they explain, causes of no catalogue a fifth and
+    more.
     """
     return thresholds.UNKNOWN_NATS + thresholds.LEFT_SHARE * max(gain, 0.0)
 
