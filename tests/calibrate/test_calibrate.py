@@ -182,8 +182,20 @@ def test_quantities_at_the_tested_setting_are_the_stable_amplitude(card):
     np.testing.assert_allclose(found["A(1 Sc)"], drawn.a_star[possible, 0], rtol=1e-12)
     np.testing.assert_allclose(found["A_new(1 Sc)"], drawn.reference_amplitude[possible], rtol=1e-12)
     np.testing.assert_array_equal(found["lambda"], drawn.relaxation_rate[possible, 0])
+    np.testing.assert_array_equal(found["a*"], drawn.a_star[possible, 0])
     assert (found["A(0.5 Sc)"] > found["A(1 Sc)"]).all()
     assert (found["A(3 Sc)"] < found["A(1 Sc)"]).all()
+
+
+def test_where_the_test_stood_is_no_matter_of_its_damping(card):
+    """A(1 Sc) is at the Scruton number that a laboratory states, which a test only nearly had; a* is where it stood."""
+    regime = REGIMES["turbulence-1"]
+    own = regime.card(card)
+    z = draw_normals(np.random.default_rng(1), regime, own, 50)
+    drawn, _, possible = from_normals(z, regime, own)
+    found = {name: value[possible] for name, value in quantities(drawn, regime, np.zeros(len(z))).items()}
+    np.testing.assert_array_equal(found["a*"], drawn.a_star[possible, 0])
+    assert np.std(np.log(found["A(1 Sc)"] / found["a*"])) > 0.01
 
 
 @pytest.mark.parametrize("regime", [REGIMES["ring-downs"], *LAW_REGIMES], ids=lambda one: one.name)
@@ -275,7 +287,7 @@ def test_whole_pipe(one_job):
     assert [one["regime"] for one in content["regimes"]] == list(TINY)
     assert all(len(one["z"]) == 2 for table in content["scores"].values() for one in table.values())
     lines = (one_job / "coverage.csv").read_text(encoding="utf-8").splitlines()
-    assert len(lines) == 1 + 2 * 9 * 3
+    assert len(lines) == 1 + 2 * 10 * 3
     text = (one_job / "calibration.txt").read_text(encoding="utf-8")
     assert "Coverage in percent (50/90/95 % intervals" in text
     assert (one_job / "figures" / "ranks-growth.png").is_file()

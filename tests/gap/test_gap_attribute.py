@@ -178,6 +178,14 @@ def test_what_two_effects_do_alike_is_fitted_for_both(monkeypatch: pytest.Monkey
     assert found[wake].log_evidence > found[span].log_evidence - 3.0
 
 
+def test_a_force_that_saturates_by_itself_is_a_damping_beyond_the_law_as_well() -> None:
+    """Of fifteen saturating forces of four simulators nine were a loss of coherence for certain (0.90 and more)."""
+    layout = null_of(1, 1, None, 0.0)[0].hypothesis.data.layout
+    law = CATALOGUE["aerodynamic_damping_nonlinearity"].variants(layout)
+    for lost in CATALOGUE["spanwise_coherence_loss"].variants(layout):
+        assert any(lost.does_what(one) for one in law), lost.form
+
+
 @pytest.mark.thorough
 def test_what_acts_in_two_rigs_of_three_is_one_effect() -> None:
     """One level was asked of all: a gain and settings that differ mended what it did to the third."""

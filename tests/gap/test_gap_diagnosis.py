@@ -176,6 +176,20 @@ def test_a_clock_that_is_wrong_in_the_wind_of_one_rig_is_told_by_the_other_rigs(
         assert diagnose_data(data, campaign).verdict == verdict
 
 
+def test_a_clock_is_told_by_what_is_stated_of_its_rig_however_much_a_law_explains():
+    campaign, _ = simulate_case(SEED, 1, "aerodynamic_damping_nonlinearity", 0.4)
+    rigs = tuple(replace(rig, records=()) for rig in campaign.rigs)
+    first, *rest = campaign.tests
+    slowed = [replace(record, time=record.time * 1.06) for record in first.records]
+    found = diagnose(replace(campaign, rigs=rigs, tests=(replace(first, records=tuple(slowed)), *rest)))
+    assert found.log_weights["aerodynamic_damping_nonlinearity"] > 30.0
+    assert found.verdict == "unknown"
+    (one,) = found.contradictions
+    assert one.record == slowed[0].name
+    assert one.value == pytest.approx(-0.057, abs=0.01)
+    assert "off its rig as it is stated" in one.words
+
+
 def test_what_strikes_now_and_then_is_unknown_however_much_a_smooth_effect_explains():
     """A loose contact loses 5 % of a cycle twice a record, where the loss of coherence has nearly all the evidence."""
     campaign, _ = simulate_case(SEED, 1, "spanwise_coherence_loss", 0.4)

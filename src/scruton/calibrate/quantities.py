@@ -54,9 +54,9 @@ def quantities(drawn: Drawn, regime: Regime, z_new: FloatArray) -> dict[str, Flo
     Returns
     -------
     dict
-        "Y1", "epsilon", "lambda", "A(3 Sc)" by the test's own Griffin curve, "A_new(3 Sc)" for a new setting with its
-        own discrepancy. With several tests, the first four are "... of test 2", and new settings are at multiples of
-        the geometric mean of the tested Scruton numbers; regimes that weigh laws have new settings at multiples of
+        "Y1", "epsilon", "lambda", "a*", "A(3 Sc)" by the test's own Griffin curve, "A_new(3 Sc)" for a new setting with
+        its own discrepancy. With several tests, the first five are "... of test 2", and new settings are at multiples
+        of the geometric mean of the tested Scruton numbers; regimes that weigh laws have new settings at multiples of
         every one, and nothing else.
     """
     tested = regime.scruton_numbers
@@ -67,7 +67,7 @@ def quantities(drawn: Drawn, regime: Regime, z_new: FloatArray) -> dict[str, Flo
             table |= {f"A_new({k:g} Sc){suffix[j]}": new_setting(drawn, k * sc, z_new) for k in MULTIPLES}
         return table
     for j, sc in enumerate(tested):
-        own = {"Y1": drawn.Y1, "epsilon": drawn.epsilon, "lambda": drawn.relaxation_rate}
+        own = {"Y1": drawn.Y1, "epsilon": drawn.epsilon, "lambda": drawn.relaxation_rate, "a*": drawn.a_star}
         table |= {f"{name}{suffix[j]}": values[:, j] for name, values in own.items()}
         for k in MULTIPLES:
             table[f"A({k:g} Sc){suffix[j]}"] = own_curve(drawn, j, k * sc, omega0(regime.motion))

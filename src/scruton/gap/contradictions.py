@@ -159,15 +159,21 @@ def wrong_clocks(data: GapData) -> list[Contradiction]:
 
 
 def rigs_out_of_step(data: GapData) -> list[Contradiction]:
-    """The rig whose frequency in wind is furthest from that in still air, beside what the fluid does to the others'."""
+    """The rig whose frequency in wind is furthest from that in still air, beside what the fluid does to the others'.
+
+    In still air as recorded there, or else as stated.
+    """
     layout = data.layout
     by_rig: dict[tuple[int, bool], list[str]] = defaultdict(list)
     for record, rig, wind in zip(layout.records, layout.rig.tolist(), layout.wind.tolist(), strict=True):
         by_rig[rig, wind].append(record)
+    stated = {rig: data.campaign.rigs[rig].frequency for rig, wind in by_rig if wind and not by_rig.get((rig, False))}
     shifts = {
-        rig: _median_frequency(data, by_rig[rig, True]) / _median_frequency(data, by_rig[rig, False]) - 1.0
-        for rig in sorted({rig for rig, _ in by_rig})
-        if by_rig[rig, True] and by_rig[rig, False]
+        rig: _median_frequency(data, records)
+        / (stated[rig].mean if rig in stated else _median_frequency(data, by_rig[rig, False]))
+        - 1.0
+        for (rig, wind), records in sorted(by_rig.items())
+        if wind
     }
     if len(shifts) < 2:
         return []
@@ -175,15 +181,19 @@ def rigs_out_of_step(data: GapData) -> list[Contradiction]:
     # Of two, the one that the wind moves more.
     rig = max(shifts, key=lambda one: (round(abs(shifts[one] - others[one]), 9), abs(shifts[one])))
     off, sd = shifts[rig] - others[rig], float(np.hypot(SHIFT_SD, others[rig]))
+    beside, again = "in still air", "mass or a spring that was changed between"
+    if rig in stated:
+        sd, beside = float(np.hypot(sd, stated[rig].log_sd)), "as it is stated"
+        again = "frequency that is stated wrong"
     if (nats := 0.5 * (off / sd) ** 2) <= LINE_NATS:
         return []
     record = by_rig[rig, True][0]
     return [
         Contradiction(
             record, nats, "frequency", "clock", off, sd,
-            f"swings {100.0 * shifts[rig]:+.2g} % off its rig in still air, as the wind moves no other rig",
+            f"swings {100.0 * shifts[rig]:+.2g} % off its rig {beside}, as the wind moves no other rig",
             "a clock", abs(off), "of the frequency",
-            "a clock that is wrong in the wind or in still air, or a mass or a spring that was changed between",
+            f"a clock that is wrong in the wind or in still air, or a {again}",
             f"the time of {record} beside its logger's rate, and a free decay of its rig once more",
         )
     ]  # fmt: skip

@@ -223,7 +223,6 @@ def diagnose_data(
     beside = {name: _in_its_place(place, prior, prior_none, doubted=doubted) for name, place in further.items()}
     attributed = () if top == NONE else (top, *beside)
     tell("done", 1.0)
-    groups = _groups(gains, top)
     return Diagnosis(
         data,
         null,
@@ -233,7 +232,7 @@ def diagnose_data(
         places[0].candidates,
         gains,
         probability,
-        groups,
+        _groups(gains, top),
         checks,
         lines,
         beside,
@@ -300,12 +299,13 @@ def _judged(
     explained = max(gains[best.name], 0.0, _explained(null, leader)) if leader is not base else 0.0
     names = tuple(place.best.name for place in places if place.best.log_evidence > place.base.log_evidence)
     unexplained = unexplained_lines(lines, names, null.hypothesis.data)
+    torn = sum(one.nats - thresholds.LINE_NATS for one in against) if against else -np.inf
     against = [*against, *_creeping_beside(leader, best.name if leader is not base else NONE)]
     seen = [*(one.ratio for one in unexplained), *(one.nats for one in against)]
     line = sum(seen) - thresholds.LINE_NATS * len(seen)
     allowed = thresholds.ALLOWED_EXCESS + thresholds.ALLOWED_SHARE * explained
-    # What strikes now and then has no form that might be off: a model explains none of its misfit by being wide there.
-    struck = mark.knocks - thresholds.ALLOWED_EXCESS - thresholds.ALLOWED_SHARE * max(gains[best.name], 0.0)
+    # What strikes has no form that might be off, which a model mends by being wide there; nor have clocks any.
+    struck = max(mark.knocks - thresholds.ALLOWED_SHARE * max(gains[best.name], 0.0), torn) - thresholds.ALLOWED_EXCESS
     left = max(max(mark.excess, line) - allowed, struck)
     if UNKNOWN in gains:  # a card may leave it out
         gains[UNKNOWN] = max(_preferred(gains)[UNKNOWN], max(gains[best.name], 0.0) + left)

@@ -45,8 +45,9 @@ UNEARNED_NATS = 2.0  # that the unknown stays behind a catalogued effect with mo
 # 1 % were of wrong clocks and lost samples; the others differ by 0.8 % at most.
 CLOCK_SD, CLOCK_CYCLES, CLOCK_LOWEST = 0.0015, 8, 0.2
 # Likewise of what the wind does to the frequency of a rig, beside what it does to the others', from which it may differ
-# by as much again: a fluid moves light rigs more. Of 260 campaigns, three measured, one differs by more than 0.9 %.
-SHIFT_SD = 0.005
+# by as much again: a fluid moves light rigs more. Of 380 campaigns, three measured, two differ by more than 1.1 %, of a
+# clock that is wrong, by 9 and 5 %.
+SHIFT_SD = 0.004
 # A free decay grows again where its amplitude, over five cycles, rises by so many standard errors, to which comes so
 # much of its largest: draughts move a body that has come to rest. Of 1,017 of five simulators and eight laboratories
 # two dozen do, all of them of another mode, a floor that shakes, knocks or lost samples.

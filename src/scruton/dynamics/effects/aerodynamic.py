@@ -58,6 +58,10 @@ def _incoherent(table: FloatArray, values: Values, layout: Layout, power: float 
         table[:, :, term] *= left
 
 
+# One for each form, so that what two effects have in common is seen to be one.
+_SATURATES = {power: partial(_incoherent, power=power) for power in (0.0, 1.0, 2.0, 3.0)}
+
+
 def _critical(scope: Scope, usual: float, *starts: float) -> Parameter:
     """A_c of a drive that saturates as 1 - exp(-A/A_c): what is usual of it, and where its search begins."""
     return Parameter(
@@ -75,8 +79,7 @@ def _saturating(layout: Layout, form: str, weight: float = 1.0, *, power: float 
             "held", usual, 0.8, scope.members, log=True, unit="of what is lost at rest", starts=(more, usual)
         )
         parameters = (_critical(scope, 0.4, 0.4, 0.12, 1.0), held)
-    apply = partial(_incoherent, power=power) if power else _incoherent
-    return Variant(form, parameters, apply, scope, weight, read_at=0.5 if floor else 1.0)
+    return Variant(form, parameters, _SATURATES[power], scope, weight, read_at=0.5 if floor else 1.0)
 
 
 def _bent_and_saturating(layout: Layout, weight: float) -> Variant:
@@ -156,8 +159,9 @@ def _of_higher_order(layout: Layout) -> list[Variant]:
         sized("a part in A of the aerodynamic damping", adding(size=linear), scope),
         sized("a part in A^2 of the aerodynamic damping", adding(size=square), scope, weight=1.5),
         sized("a part in A^4 of the aerodynamic damping", adding(size=fourth), scope, weight=0.7),
-        # A wake that falls out of step at small amplitude loses its drive as a span does whose parts no longer agree.
-        _saturating(layout, "a wake out of step at small amplitude: drive saturates as 1 - exp(-A/A_c)", 0.4),
+        # A force that saturates by itself, or a wake that falls out of step at small amplitude, drives as a span does
+        # whose parts no longer agree.
+        *(replace(one, form=f"by itself the {one.form}", weight=0.4 * one.weight) for one in _coherence(layout)),
         *(_of_another_law(layout, power, 0.5) for power in (linear, square, fourth)),
         _bent_and_saturating(layout, 0.3),
         _of_any_law(layout, 0.5),
