@@ -1,5 +1,7 @@
 """Every slip that the envelopes tell is remarked on, and nothing else is."""
 
+import re
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -255,6 +257,24 @@ def test_growth_filed_as_free_decay(with_slip, small_campaign):
     folder = with_slip(record="still.csv", change=lambda t, y: (t, growth[: len(t)]))
     kinds = {kind for kind, name, _ in found(folder) if name == "still.csv"}
     assert "kind" in kinds
+
+
+@pytest.mark.parametrize(
+    ("stated", "remarks"),
+    [
+        ("8.0 Hz", []), ("8.2 Hz", [("other rigs", "light", DOUBT)]),
+        ('{ mean = "8.2 Hz", sd = "0.15 Hz" }', []),
+        ("8.8 Hz", [("frequency", "light-decay.csv", DOUBT), ("frequency", "light-growth.csv", DOUBT)]),
+    ],
+)  # fmt: skip
+def test_a_rig_whose_frequency_the_wind_moves_as_no_other_is_named(two_rigs, tmp_path, stated, remarks):
+    folder = Path(shutil.copytree(two_rigs("paper"), tmp_path / "two"))
+    text = (folder / "campaign.toml").read_text(encoding="utf-8")
+    head, light = text.split('name = "light"', 1)
+    quoted = stated if stated.startswith("{") else f'"{stated}"'
+    light = re.sub(r"^frequency *= *.*$", f"frequency = {quoted}", light, count=1, flags=re.MULTILINE)
+    (folder / "campaign.toml").write_text(f'{head}name = "light"{light}', encoding="utf-8")
+    assert [one for one in found(folder) if one[0] in ("frequency", "other rigs")] == remarks
 
 
 def test_the_line_that_was_followed_is_named_with_its_ratio_to_f0(with_slip):

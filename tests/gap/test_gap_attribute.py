@@ -179,7 +179,7 @@ def test_what_two_effects_do_alike_is_fitted_for_both(monkeypatch: pytest.Monkey
 
 
 def test_a_force_that_saturates_by_itself_is_a_damping_beyond_the_law_as_well() -> None:
-    """Of fifteen saturating forces of four simulators nine were a loss of coherence for certain (0.90 and more)."""
+    """Seven laws of three simulators that were no loss of coherence were one for certain, 0.89 and more."""
     layout = null_of(1, 1, None, 0.0)[0].hypothesis.data.layout
     law = CATALOGUE["aerodynamic_damping_nonlinearity"].variants(layout)
     for lost in CATALOGUE["spanwise_coherence_loss"].variants(layout):

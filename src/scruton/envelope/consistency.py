@@ -18,7 +18,7 @@ from scruton.campaign.spelling import figure
 from scruton.campaign.thresholds import FAR
 from scruton.envelope import thresholds
 from scruton.envelope.clipping import CLIPPED
-from scruton.envelope.frequencies import apart_in_one_test, off_stated, too_coarse
+from scruton.envelope.frequencies import apart_from_other_rigs, apart_in_one_test, off_stated, too_coarse
 from scruton.envelope.inspection import Inspection
 from scruton.envelope.ringdown import DampingBand, RingDown
 from scruton.errors import InputError
@@ -381,6 +381,6 @@ def _amplitude(inspection: Inspection) -> Iterator[Remark]:
 
 
 CHECKS: tuple[Callable[[Inspection], Iterator[Remark]], ...] = (
-    off_stated, too_coarse, apart_in_one_test, _kind, _levels, _steady_levels, _sweep_levels, _stated_level, _damping,
-    _amplitude,
+    off_stated, apart_from_other_rigs, too_coarse, apart_in_one_test, _kind, _levels, _steady_levels, _sweep_levels,
+    _stated_level, _damping, _amplitude,
 )  # fmt: skip

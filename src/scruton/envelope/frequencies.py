@@ -31,6 +31,35 @@ def off_stated(inspection: Inspection) -> Iterator[Remark]:
             )  # fmt: skip
 
 
+def apart_from_other_rigs(inspection: Inspection) -> Iterator[Remark]:
+    """The rig whose records in wind are off its f0 by what the wind makes of no other's.
+
+    What is far from the rig's own by itself is told by `off_stated`.
+    """
+    followed: dict[str, list[float]] = {}
+    for record, rig, test in inspection.records():
+        if test is not None and not record.is_envelope:
+            line = inspection.cycles[record.name].reference_frequency
+            followed.setdefault(rig.name, []).append(line / rig.frequency.mean)
+    ratios = {name: float(np.median(lines)) for name, lines in followed.items()}
+    if len(ratios) < 2:
+        return
+    others = {name: float(np.median([ratios[one] for one in ratios if one != name])) for name in ratios}
+    # of two, the one that the wind moves more
+    odd = max(ratios, key=lambda name: (round(abs(ratios[name] - others[name]), 9), abs(ratios[name] - 1.0)))
+    rig = inspection.campaign.rig(odd)
+    limit = max(thresholds.OTHER_RIGS, thresholds.SIGMAS * rig.frequency.relative_sd)
+    departure = abs(ratios[odd] - others[odd])
+    if departure > limit and abs(ratios[odd] - 1.0) <= thresholds.WIND_FREQUENCY:
+        yield Remark(
+            Severity.DOUBT, "other rigs", "rig", odd,
+            f"in wind its lines are at {ratios[odd]:.3f} times the f0 = {rig.frequency.mean:.4g} Hz stated, those "
+            f"of other rigs at {others[odd]:.3f} times theirs: f0, the time of its records, or another mass or "
+            "spring.",
+            "in wind the lines are at {} times the f0 stated, as those of no other rig", ratios[odd], departure / limit,
+        )  # fmt: skip
+
+
 def too_coarse(inspection: Inspection) -> Iterator[Remark]:
     """Records that are sampled too coarsely for the frequency stated."""
     for record, rig, _ in inspection.records():
