@@ -48,7 +48,8 @@ def apart_from_other_rigs(inspection: Inspection) -> Iterator[Remark]:
     # of two, the one that the wind moves more
     odd = max(ratios, key=lambda name: (round(abs(ratios[name] - others[name]), 9), abs(ratios[name] - 1.0)))
     rig = inspection.campaign.rig(odd)
-    limit = max(thresholds.OTHER_RIGS, thresholds.SIGMAS * rig.frequency.relative_sd)
+    # a fluid that moves the others much may move a light rig by as much again
+    limit = max(thresholds.OTHER_RIGS, abs(others[odd] - 1.0), thresholds.SIGMAS * rig.frequency.relative_sd)
     departure = abs(ratios[odd] - others[odd])
     if departure > limit and abs(ratios[odd] - 1.0) <= thresholds.WIND_FREQUENCY:
         yield Remark(
