@@ -1,7 +1,7 @@
 """Frequencies of records, and how finely they were sampled, against what is stated and against each other."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -31,6 +31,16 @@ def off_stated(inspection: Inspection) -> Iterator[Remark]:
             )  # fmt: skip
 
 
+def odd_one_out[Name: (int, str)](shifts: Mapping[Name, float]) -> tuple[Name, float]:
+    """Of two or more relative shifts the one furthest from the median of the others, and that median.
+
+    Of two, the one that is shifted more.
+    """
+    others = {name: float(np.median([shift for one, shift in shifts.items() if one != name])) for name in shifts}
+    odd = max(shifts, key=lambda name: (round(abs(shifts[name] - others[name]), 9), abs(shifts[name])))
+    return odd, others[odd]
+
+
 def apart_from_other_rigs(inspection: Inspection) -> Iterator[Remark]:
     """The rig whose records in wind are off its f0 by what the wind makes of no other's.
 
@@ -41,23 +51,21 @@ def apart_from_other_rigs(inspection: Inspection) -> Iterator[Remark]:
         if test is not None and not record.is_envelope:
             line = inspection.cycles[record.name].reference_frequency
             followed.setdefault(rig.name, []).append(line / rig.frequency.mean)
-    ratios = {name: float(np.median(lines)) for name, lines in followed.items()}
-    if len(ratios) < 2:
+    shifts = {name: float(np.median(lines)) - 1.0 for name, lines in followed.items()}
+    if len(shifts) < 2:
         return
-    others = {name: float(np.median([ratios[one] for one in ratios if one != name])) for name in ratios}
-    # of two, the one that the wind moves more
-    odd = max(ratios, key=lambda name: (round(abs(ratios[name] - others[name]), 9), abs(ratios[name] - 1.0)))
+    odd, others = odd_one_out(shifts)
     rig = inspection.campaign.rig(odd)
     # a fluid that moves the others much may move a light rig by as much again
-    limit = max(thresholds.OTHER_RIGS, abs(others[odd] - 1.0), thresholds.SIGMAS * rig.frequency.relative_sd)
-    departure = abs(ratios[odd] - others[odd])
-    if departure > limit and abs(ratios[odd] - 1.0) <= thresholds.WIND_FREQUENCY:
+    limit = max(thresholds.OTHER_RIGS, abs(others), thresholds.SIGMAS * rig.frequency.relative_sd)
+    ratio, departure = 1.0 + shifts[odd], abs(shifts[odd] - others)
+    if departure > limit and abs(shifts[odd]) <= thresholds.WIND_FREQUENCY:
         yield Remark(
             Severity.DOUBT, "other rigs", "rig", odd,
-            f"in wind its lines are at {ratios[odd]:.3f} times the f0 = {rig.frequency.mean:.4g} Hz stated, those "
-            f"of other rigs at {others[odd]:.3f} times theirs: f0, the time of its records, or another mass or "
+            f"in wind its lines are at {ratio:.3f} times the f0 = {rig.frequency.mean:.4g} Hz stated, those "
+            f"of other rigs at {1.0 + others:.3f} times theirs: f0, the time of its records, or another mass or "
             "spring.",
-            "in wind the lines are at {} times the f0 stated, as those of no other rig", ratios[odd], departure / limit,
+            "in wind the lines are at {} times the f0 stated, as those of no other rig", ratio, departure / limit,
         )  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from scruton.envelope import Cycles
+from scruton.envelope.frequencies import odd_one_out
 from scruton.gap.data import GapData
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.thresholds import (
@@ -167,24 +168,24 @@ def rigs_out_of_step(data: GapData) -> list[Contradiction]:
     by_rig: dict[tuple[int, bool], list[str]] = defaultdict(list)
     for record, rig, wind in zip(layout.records, layout.rig.tolist(), layout.wind.tolist(), strict=True):
         by_rig[rig, wind].append(record)
-    stated = {rig: data.campaign.rigs[rig].frequency for rig, wind in by_rig if wind and not by_rig.get((rig, False))}
+
+    def in_still_air(rig: int) -> float:
+        records = by_rig.get((rig, False))
+        return _median_frequency(data, records) if records else data.campaign.rigs[rig].frequency.mean
+
     shifts = {
-        rig: _median_frequency(data, records)
-        / (stated[rig].mean if rig in stated else _median_frequency(data, by_rig[rig, False]))
-        - 1.0
+        rig: _median_frequency(data, records) / in_still_air(rig) - 1.0
         for (rig, wind), records in sorted(by_rig.items())
         if wind
     }
     if len(shifts) < 2:
         return []
-    others = {rig: float(np.median([shift for one, shift in shifts.items() if one != rig])) for rig in shifts}
-    # Of two, the one that the wind moves more.
-    rig = max(shifts, key=lambda one: (round(abs(shifts[one] - others[one]), 9), abs(shifts[one])))
-    off, sd = shifts[rig] - others[rig], float(np.hypot(SHIFT_SD, others[rig]))
+    rig, others = odd_one_out(shifts)
+    off, sd = shifts[rig] - others, float(np.hypot(SHIFT_SD, others))
     beside, again = "in still air", "mass or a spring that was changed between"
-    if rig in stated:
-        sd, beside = float(np.hypot(sd, stated[rig].log_sd)), "as it is stated"
-        again = "frequency that is stated wrong"
+    if (rig, False) not in by_rig:
+        sd = float(np.hypot(sd, data.campaign.rigs[rig].frequency.log_sd))
+        beside, again = "as it is stated", "frequency that is stated wrong"
     if (nats := 0.5 * (off / sd) ** 2) <= LINE_NATS:
         return []
     record = by_rig[rig, True][0]

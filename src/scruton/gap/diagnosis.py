@@ -296,7 +296,8 @@ def _judged(
     leader = best.best if best.best and gains[best.name] > 0.0 else base
     checks[best.name if leader is not base else NONE] = mark = check(leader)
     # Forms differ a little: what is left is measured by what was explained, at the noise that is left.
-    explained = max(gains[best.name], 0.0, _explained(null, leader)) if leader is not base else 0.0
+    own = max(gains[best.name], 0.0)
+    explained = max(own, _explained(null, leader)) if leader is not base else 0.0
     names = tuple(place.best.name for place in places if place.best.log_evidence > place.base.log_evidence)
     unexplained = unexplained_lines(lines, names, null.hypothesis.data)
     torn = sum(one.nats - thresholds.LINE_NATS for one in against) if against else -np.inf
@@ -305,13 +306,12 @@ def _judged(
     line = sum(seen) - thresholds.LINE_NATS * len(seen)
     allowed = thresholds.ALLOWED_EXCESS + thresholds.ALLOWED_SHARE * explained
     # What strikes has no form that might be off, which a model mends by being wide there; nor have clocks any.
-    struck = max(mark.knocks - thresholds.ALLOWED_SHARE * max(gains[best.name], 0.0), torn) - thresholds.ALLOWED_EXCESS
+    struck = max(mark.knocks - thresholds.ALLOWED_SHARE * own, torn) - thresholds.ALLOWED_EXCESS
     left = max(max(mark.excess, line) - allowed, struck)
     if UNKNOWN in gains:  # a card may leave it out
-        gains[UNKNOWN] = max(_preferred(gains)[UNKNOWN], max(gains[best.name], 0.0) + left)
+        gains[UNKNOWN] = max(_preferred(gains)[UNKNOWN], own + left)
         # Neither the catalogue nor the generic terms have a line beside the response, a clock, or what strikes: their
         # evidence has no say there. Nor has what explains less than it leaves.
-        own = max(gains[best.name], 0.0)
         ahead = gains[UNKNOWN] > own and left <= own and line < allowed and struck <= 0.0
         # What gains so little that its lead over the unknown would be no preference holds nothing back.
         rival = leader is not base and gains[best.name] > thresholds.HOLDS_BACK_NATS
