@@ -95,7 +95,7 @@ def test_tables_and_figures_are_the_same(both, tmp_path, drawn_by):
         pd.testing.assert_frame_equal(theirs[name], frame)
     drawn = {}
     for where, one in (("made", fit), ("loaded", back)):
-        figures = drawn_by(one)
+        figures = list(drawn_by(one))
         paths = [path for figure in figures for path in save(figure, tmp_path / where, formats=("svg",))]
         drawn[where] = {path.name: path.read_bytes() for path in paths}, [figure.caption for figure in figures]
     assert drawn["made"][0]

@@ -134,7 +134,7 @@ def test_a_figure_that_fails_costs_its_kind_alone(three, quick_register: dict[st
     for failing, entry in list(quick_register.items()):
         quick_register[failing] = replace(entry, draw=fail)
         with pytest.raises(ZeroDivisionError):
-            figures.all_figures(three)
+            list(figures.all_figures(three))
         failures = Failures()
         assert names - {one.name for one in figures.all_figures(three, failures)} == {failing}
         (one,) = failures.found

@@ -72,7 +72,7 @@ def figures_with_one_chain(fit: Fit) -> list[FigureWithCaption]:
     """All figures, corner and trace of the first test only: those of the others take long and are like them."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("scruton.report.figures.criticism.CHAINS_SHOWN", 1)
-        return all_figures(fit)
+        return list(all_figures(fit))
 
 
 def by_name(figures: list[FigureWithCaption], name: str) -> FigureWithCaption:
@@ -177,7 +177,7 @@ def test_a_figure_is_registered_by_its_decorator_alone(fit: Fit, monkeypatch: py
     def paged(fit: Fit) -> Iterator[FigureWithCaption]:
         yield from (FigureWithCaption(Figure(), caption=letter, alt=letter) for letter in "xy")
 
-    drawn = all_figures(fit)
+    drawn = list(all_figures(fit))
     assert [(one.name, one.caption) for one in drawn] == [
         ("mine_1", "What is seen."), ("mine_7", "What is seen."), ("paged", "x"), ("paged_2", "y"),
     ]  # fmt: skip

@@ -1,7 +1,8 @@
 """Credible bands of the Griffin curve, from the posterior of the law and from that of the trial function."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
 
@@ -23,6 +24,7 @@ INTERVALS = (0.50, 0.90, 0.95)
 _BEYOND = 0.5  # the trial function is drawn, dashed, for this part of the record's length before and after it
 _TIMES = 400
 _TRIAL_DRAWS = 1000
+_AT_A_TIME = 64  # Scruton numbers of a band: of 8,192 draws a whole figure's take 130 MB on the way
 
 
 def _facts(one: "GriffinBand") -> Mapping[str, object]:
@@ -89,7 +91,8 @@ def predicting_index(tree: "xr.DataTree", scruton_numbers: FloatArray, test: str
     if "campaign_posterior" not in tree:
         return np.asarray(np.median(index_draws(tree, scruton_numbers, test), axis=0))
     tested = float(np.median(draws_of(tree, "scruton_number", test)))
-    return np.asarray(np.median(shared_curve(tree).index(scruton_numbers, tested), axis=0))
+    curve = shared_curve(tree)
+    return np.array([float(np.median(curve.index(sc, tested))) for sc in scruton_numbers])
 
 
 def given_grid(scruton_numbers: FloatArray | Sequence[float]) -> FloatArray:
@@ -157,6 +160,23 @@ def band(
     return GriffinBand(np.asarray(scruton_numbers, dtype=float), points[0], intervals, unit, label, outside)
 
 
+def band_along(
+    scruton_numbers: FloatArray,
+    draws_at: Callable[[FloatArray], FloatArray],
+    unit: str,
+    label: str,
+    extrapolated: np.ndarray | None = None,
+) -> GriffinBand:
+    """The same of draws that are computed for some of the Scruton numbers (k,) at a time, (S, k), and let go."""
+    count = len(scruton_numbers)
+    some = [slice(first, first + _AT_A_TIME) for first in range(0, count, _AT_A_TIME)]
+    outside = np.zeros(count, dtype=bool) if extrapolated is None else extrapolated
+    bands = [band(sc, draws_at(sc), unit, label) for sc in (scruton_numbers[part] for part in some)]
+    intervals = {p: np.concatenate([one.intervals[p] for one in bands], axis=1) for p in INTERVALS}
+    median = np.concatenate([one.median for one in bands])
+    return GriffinBand(scruton_numbers, median, MappingProxyType(intervals), unit, label, outside)
+
+
 def quantiles(draws: FloatArray, probability: Sequence[float]) -> FloatArray:
     """Quantiles of draws that may hold inf: no interpolation then, which would turn inf into NaN."""
     method: Literal["linear", "inverted_cdf"] = "linear" if np.isfinite(draws).all() else "inverted_cdf"
@@ -174,7 +194,8 @@ def griffin_band(
     grid = given_grid(scruton_numbers)
     name = peak_names(tree)[0] if test is None else test
     x = predicting_index(tree, grid, name)
-    return band(grid, griffin_draws(tree, grid, name, law_n=law_n), unit_of(tree), name, np.abs(x) > X_TRUSTED)
+    draws_at = partial(griffin_draws, tree, test=name, law_n=law_n)
+    return band_along(grid, draws_at, unit_of(tree), name, np.abs(x) > X_TRUSTED)
 
 
 def trial_griffin_draws(tree: "xr.DataTree", scruton_numbers: FloatArray | Sequence[float], record: str) -> FloatArray:

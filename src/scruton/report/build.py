@@ -1,7 +1,6 @@
 """A report in a folder: report.html and report.pdf with figures, tables and numbers beside them, all or nothing."""
 
 import json
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
@@ -246,23 +245,21 @@ def _figures(
 
 
 def _draw(fit: "Fit", second: SecondProcess, failures: Failures) -> "list[Picture]":
-    """Draw every figure, the first ones here and the last ones beside, as far as there is time for it there."""
+    """Draw every figure, here and beside, one after the other: each holds some ten megabytes until it is a file."""
     from scruton.report.figures import all_figures, chapter_of
     from scruton.report.parts import drawn
 
-    figures = deque(failures.attempt("", "Drawing the figures", partial(all_figures, fit, failures), []))
-    names = [figure.name for figure in figures]
-    in_process: list[Picture | Failure] = []
-    beside: list[Callable[[], Picture | Failure]] = []
-    while figures:  # what is drawn is let go: each holds some ten megabytes
-        if second.idle:
-            beside.append(begun(second, drawn, figures.pop()))
-        else:
-            in_process.append(guarded(drawn, figures.popleft()))
-    results = [*in_process, *(guarded(job) for job in reversed(beside))]
+    results: list[tuple[str, Picture | Failure | Callable[[], Picture | Failure]]] = []
+
+    def draw() -> None:
+        for figure in all_figures(fit, failures):
+            result = begun(second, drawn, figure) if second.idle else guarded(drawn, figure)
+            results.append((figure.name, result))
+
+    failures.attempt("", "Drawing the figures", draw, None)
     kept = [
-        failures.keep(chapter_of(name), f"The figure {name}", result, None)
-        for name, result in zip(names, results, strict=True)
+        failures.keep(chapter_of(name), f"The figure {name}", guarded(result) if callable(result) else result, None)
+        for name, result in results
     ]
     return [picture for picture in kept if picture is not None]
 

@@ -1,6 +1,7 @@
 """What the interactive charts read: quantiles along a grid, and tables, as JSON, in the numbers that are shown."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +10,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Motion
 from scruton.griffin import shared_curve
-from scruton.griffin.bands import band, griffin_band
+from scruton.griffin.bands import band_along, griffin_band
 from scruton.griffin.coverage import coverage_of
 from scruton.griffin.posterior import peak_names, unit_of
 from scruton.griffin.predict import predictive_draws
@@ -57,8 +58,7 @@ def _griffin_chart(fit: "Fit", design: "Sequence[Prediction]") -> dict[str, Any]
     asked = [prediction.scruton_number for prediction in design]
     upper = max([sc_range(tree)[1], *(1.1 * number for number in asked)])
     grid = np.linspace(0.0, upper, GRID)
-    draws = predictive_draws(tree, grid, seed=fit.seed)
-    along = band(grid, draws, unit, "predictive")
+    along = band_along(grid, partial(predictive_draws, tree, seed=fit.seed), unit, "predictive")
     predictive = as_shown(along)
     low, high, half_low, half_high = map(listed, (*predictive.intervals[0.90], *predictive.intervals[0.50]))
     points: list[dict[str, Any]] = [

@@ -1,9 +1,11 @@
 """The Griffin plots of two fits in one."""
 
+from functools import partial
+
 import numpy as np
 
 from scruton.griffin import predictive_draws
-from scruton.griffin.bands import band
+from scruton.griffin.bands import band_along
 from scruton.griffin.posterior import unit_of
 from scruton.infer.results import Fit
 from scruton.report.conventions import amplitude, scruton
@@ -28,7 +30,9 @@ def compare_plot(first: Fit, second: Fit) -> FigureWithCaption:
     tests = [griffin_axes.test_points(fit) for fit in fits]
     for i, (name, fit, places) in enumerate(zip("AB", fits, tests, strict=True)):
         look = style.line_style(i)
-        found = griffin_axes.as_shown(band(grid, predictive_draws(fit.tree, grid, seed=fit.seed), unit, "predictive"))
+        found = griffin_axes.as_shown(
+            band_along(grid, partial(predictive_draws, fit.tree, seed=fit.seed), unit, "predictive")
+        )
         axes.fill_between(
             found.scruton_number, *style.bounded(found.intervals[0.90]), color=look.colour, alpha=0.2, lw=0, zorder=2
         )

@@ -5,13 +5,14 @@ Laws are compared by them, as in Fig. 15; and amplitude is drawn through the loc
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.griffin import predictive_draws, shared_curve, single_draws
-from scruton.griffin.bands import GriffinBand, band, griffin_band, griffin_draws, predicting_index
+from scruton.griffin.bands import GriffinBand, band_along, griffin_band, griffin_draws, predicting_index
 from scruton.griffin.lock_in import LockInBand, has_speeds, lock_in_band
 from scruton.griffin.posterior import mass_damping_draws, peak_names, printed_draws, test_names, unit_of
 from scruton.griffin.thresholds import X_TRUSTED
@@ -56,7 +57,7 @@ def reciprocal_plot(fit: Fit) -> FigureWithCaption:
 def _plot(fit: Fit, *, reciprocal: bool) -> FigureWithCaption:
     tree, tests, unit, limits = fit.tree, peak_names(fit.tree), unit_of(fit.tree), griffin_axes.sc_range(fit.tree)
     grid = np.linspace(*limits, GRID)
-    predictive = band(grid, predictive_draws(tree, grid, seed=fit.seed), unit, "predictive")
+    predictive = band_along(grid, partial(predictive_draws, tree, seed=fit.seed), unit, "predictive")
     alone = [griffin_band(tree, grid, name) for name in tests]
     if reciprocal:
         predictive, alone = predictive.reciprocal(), [curve.reciprocal() for curve in alone]
@@ -117,7 +118,8 @@ def griffin_by_test(fit: Fit) -> Iterable[FigureWithCaption]:
     for page in style.pages(peak_names(tree), PANELS_A_PAGE):
         drawing, panels = style.panels(len(page), height_mm=58.0, sharey=True)
         for axes, name in zip(panels, page, strict=True):
-            predictive = band(grid, single_draws(tree, grid, name, seed=fit.seed), unit, "predictive")
+            draws_at = partial(single_draws, tree, test=name, seed=fit.seed)
+            predictive = band_along(grid, draws_at, unit, "predictive")
             griffin_axes.shade(axes, predictive)
             griffin_axes.draw_bands(axes, fit, [griffin_band(tree, grid, name)], "median, 50 and 90 %")
             griffin_axes.deterministic(axes, fit, [name])
@@ -153,10 +155,14 @@ def reciprocal_against_damping(fit: Fit) -> FigureWithCaption:
     factor = {name: mass_damping_draws(tree, name) for name in tests}
     ratio = np.linspace(*griffin_axes.sc_range(tree), GRID) / max(float(np.median(draws)) for draws in factor.values())
     shown, curves = shown_in(DAMPING)[0] * ratio, []
+
+    def draws_at(name: str, some: FloatArray) -> FloatArray:
+        return griffin_draws(tree, factor[name][:, None] * some, name)
+
     for name in tests:
-        sc = factor[name][:, None] * ratio
-        beyond = np.abs(predicting_index(tree, np.median(sc, axis=0), name)) > X_TRUSTED
-        curve = griffin_axes.as_shown(band(ratio, griffin_draws(tree, sc, name), unit, name, beyond).reciprocal())
+        beyond = np.abs(predicting_index(tree, float(np.median(factor[name])) * ratio, name)) > X_TRUSTED
+        found = band_along(ratio, partial(draws_at, name), unit, name, beyond)
+        curve = griffin_axes.as_shown(found.reciprocal())
         curves.append(replace(curve, scruton_number=shown))  # whose axis is that of damping here
     drawing, axes = style.alone(80.0)
     griffin_axes.draw_shown(axes, fit, curves)

@@ -161,25 +161,23 @@ def _as_list(drawn: Drawn) -> list[FigureWithCaption]:
 
 def _drawn(
     entries: Iterable[Registered], arguments: Sequence[Any], failures: Failures | None
-) -> list[FigureWithCaption]:
-    """Every page of these figures, for each thing that they are drawn for."""
-    drawings: list[FigureWithCaption] = []
+) -> Iterator[FigureWithCaption]:
+    """Every page of these figures, for each thing that they are drawn for, none before it is asked for."""
     for entry in entries:
         for ending, item in (entry.each(*arguments) if entry.each else {"": None}).items():
             what, more = (f"{entry.what} of {item}", [item]) if entry.each else (entry.what, [])
             draw: Callable[[], Any] = partial(entry.draw, *arguments, *more)
             drawn = draw() if failures is None else failures.attempt(entry.chapter, what, draw, [])
-            drawings += [replace(page, name=f"{page.name}{ending}") for page in _as_list(drawn)]
-    return drawings
+            yield from (replace(page, name=f"{page.name}{ending}") for page in _as_list(drawn))
 
 
 def figures_from(source: str, *arguments: Any) -> list[FigureWithCaption]:
     """Every figure that is drawn from a sizing, or from a criticism; `arguments` go to the functions that draw."""
-    return _drawn([entry for entry in registered().values() if entry.source == source], arguments, None)
+    return list(_drawn([entry for entry in registered().values() if entry.source == source], arguments, None))
 
 
-def all_figures(fit: "Fit", failures: Failures | None = None) -> list[FigureWithCaption]:
-    """Every figure that this fit can fill, in the order of the register.
+def all_figures(fit: "Fit", failures: Failures | None = None) -> Iterator[FigureWithCaption]:
+    """Every figure that this fit can fill, in the order of the register, each drawn when it is asked for.
 
     Parameters
     ----------
@@ -187,14 +185,14 @@ def all_figures(fit: "Fit", failures: Failures | None = None) -> list[FigureWith
     failures : Failures, optional
         Takes note of the figures that fail; without it, the first failure is raised.
 
-    Returns
-    -------
-    list of FigureWithCaption
+    Yields
+    ------
+    FigureWithCaption
         Names are unique; a still-air campaign gives ring-downs alone.
     """
     in_wind = bool(fit.campaign.tests) and "posterior" in fit.tree
     wanted = [entry for entry in registered().values() if entry.source == "fit" and (in_wind or entry.in_still_air)]
-    return _drawn([entry for entry in wanted if not entry.when or entry.when(fit)], [fit], failures)
+    yield from _drawn([entry for entry in wanted if not entry.when or entry.when(fit)], [fit], failures)
 
 
 def save(
