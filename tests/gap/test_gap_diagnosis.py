@@ -162,6 +162,27 @@ def test_a_record_whose_clock_is_wrong_is_told_by_the_others_of_its_test(clean, 
         assert "a clock that is wrong" in describe_unknown(found, findings)["text"]
 
 
+@pytest.mark.parametrize("part", [0.0, 0.4])
+def test_a_piece_that_is_cut_out_of_a_record_is_told_by_its_phase(clean, part):
+    campaign = clean[0]
+    first, *rest = campaign.tests
+    one, *others = first.records
+    frequency = record_cycles(one, campaign.rigs[0].frequency.mean).reference_frequency
+    lost = round((2.0 + part) / frequency / (one.time[1] - one.time[0]))
+    begin = one.time.size - 2 * lost  # where it stands
+    response = np.delete(one.response, slice(begin, begin + lost))
+    joined = replace(one, time=one.time[: response.size], response=response)
+    cut = replace(campaign, tests=(replace(first, records=(joined, *others)), *rest))
+    data = load_gap(cut)
+    assert [(found.record, found.kind) for found in contradictions(data)] == ([(one.name, "slip")] if part else [])
+    if part:
+        diagnosis = diagnose_data(data, cut)
+        assert diagnosis.verdict == "unknown"
+        (finding,) = contradiction_findings(diagnosis.contradictions, data)
+        assert finding.excess == pytest.approx(part, abs=0.05)
+        assert "samples that were lost" in describe_unknown(diagnosis, [finding])["text"]
+
+
 @pytest.mark.parametrize(("off", "verdict"), [(0.01, "none"), (0.08, "unknown")])
 def test_a_clock_that_is_wrong_in_the_wind_of_one_rig_is_told_by_the_other_rigs(clean, off, verdict):
     campaign = clean[0]

@@ -14,6 +14,7 @@ from scruton.envelope.lines import Line, second_line
 from scruton.envelope.relaxation import Relaxation, relaxation
 from scruton.envelope.ringdown import weighted_line
 from scruton.envelope.sampling import Sampling, held_for, quantum_of, run_lengths, sampling
+from scruton.envelope.slips import phase_slip
 from scruton.envelope.standing import Swing, beats, swing
 from scruton.envelope.types import Cycles
 from scruton.envelope.windows import Windows, cut
@@ -214,6 +215,15 @@ def _signal_remarks(record: Record, cycles: Cycles, line: Line | None, sample_ra
             record, "held",
             f"every reading stands for {held} samples, as a rule: the sensor is slower than the sampling, and late.",
             "every reading stands for {} samples, as a rule,", held, held,
+        )  # fmt: skip
+    if slip := phase_slip(cycles):
+        why = "samples were lost, pieces were joined, or something struck"
+        yield Remark(
+            Severity.DOUBT, "slip", "record", record.name,
+            f"the phase slips by {abs(slip.cycles):.2g} of a cycle from one cycle to the next, at {slip.time:.4g} s: "
+            f"{why}; `start` and `stop` leave out what lies on one side.",
+            f"the phase slips by {{}} of a cycle from one to the next ({why})",
+            abs(slip.cycles), abs(slip.cycles / slip.sd) / thresholds.SLIP_SIGMAS,
         )  # fmt: skip
     offset, drift = _offset_and_drift(record, cycles)
     if abs(offset) > thresholds.OFFSET * largest:

@@ -1,4 +1,4 @@
-"""What no model of a campaign does: a test at different frequencies, or at one that creeps, a free decay that grows."""
+"""What no model of a campaign does: frequencies that differ or creep, a phase that slips, a free decay that grows."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
@@ -9,6 +9,7 @@ import numpy as np
 
 from scruton.envelope import Cycles
 from scruton.envelope.frequencies import odd_one_out
+from scruton.envelope.slips import phase_slip
 from scruton.gap.data import GapData
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.thresholds import (
@@ -68,7 +69,7 @@ class Contradiction:
 
 def contradictions(data: GapData) -> list[Contradiction]:
     """Those of a campaign that show in its cycles, beyond chance."""
-    return [*wrong_clocks(data), *rigs_out_of_step(data), *regrowths(data)]
+    return [*wrong_clocks(data), *rigs_out_of_step(data), *regrowths(data), *slips(data)]
 
 
 def worst_first(found: Iterable[Contradiction]) -> tuple[Contradiction, ...]:
@@ -127,6 +128,22 @@ def regrowths(data: GapData) -> list[Contradiction]:
             )
         )  # fmt: skip
     return found
+
+
+def slips(data: GapData) -> list[Contradiction]:
+    """Records whose phase slips from one cycle to the next, as no motion of one mode does."""
+    found = ((name, phase_slip(data.cycles[name])) for name in data.layout.records)
+    return [
+        Contradiction(
+            name, 0.5 * (slip.cycles / slip.sd) ** 2, "frequency", "slip", slip.cycles, slip.sd,
+            f"slips by {slip.cycles:+.2g} of a cycle from one to the next, at {slip.time:.4g} s",
+            "a phase that slips", abs(slip.cycles), "of a cycle",
+            "samples that were lost, pieces that were joined, another motion, or a knock",
+            f"{name} once more, with the logger's own time of every sample",
+        )
+        for name, slip in found
+        if slip
+    ]  # fmt: skip
 
 
 def wrong_clocks(data: GapData) -> list[Contradiction]:
