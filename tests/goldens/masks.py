@@ -18,7 +18,7 @@ PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = (
     ),
     (re.compile(r"\b\d+(\.\d+)? ?(s|min|seconds|minutes) (of computing|of work|wall time)"), "<duration>"),
     (re.compile(r"\bprocess \d+\b"), "process <pid>"),
-    (re.compile(r"(seconds a campaign, one process \(median\)) .*"), r"\1 <durations>"),
+    (re.compile(r"(seconds a campaign, one( process \(median\))?) .*"), r"\1 <durations>"),
 )
 
 

@@ -1,7 +1,7 @@
 """What no model of a campaign does: frequencies that differ or creep, a phase that slips, a free decay that grows."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -149,10 +149,7 @@ def slips(data: GapData) -> list[Contradiction]:
 def wrong_clocks(data: GapData) -> list[Contradiction]:
     """The record that is most out of step in every test, and in every rig in still air, beyond chance."""
     layout, found = data.layout, []
-    together = defaultdict(list)
-    for record, rig, test in zip(layout.records, layout.rig.tolist(), layout.test.tolist(), strict=True):
-        together[rig, test].append(record)
-    for records in together.values():
+    for records in _together(layout.records, layout.rig, layout.test).values():
         pairs = list(_pairs(data, records))
         if not pairs:
             continue
@@ -182,9 +179,7 @@ def rigs_out_of_step(data: GapData) -> list[Contradiction]:
     In still air as recorded there, or else as stated.
     """
     layout = data.layout
-    by_rig: dict[tuple[int, bool], list[str]] = defaultdict(list)
-    for record, rig, wind in zip(layout.records, layout.rig.tolist(), layout.wind.tolist(), strict=True):
-        by_rig[rig, wind].append(record)
+    by_rig = _together(layout.records, layout.rig, layout.wind)
 
     def in_still_air(rig: int) -> float:
         records = by_rig.get((rig, False))
@@ -215,6 +210,14 @@ def rigs_out_of_step(data: GapData) -> list[Contradiction]:
             f"the time of {record} beside its logger's rate, and a free decay of its rig once more",
         )
     ]  # fmt: skip
+
+
+def _together(records: Sequence[str], rig: np.ndarray, of_it: np.ndarray) -> dict[tuple[int, int], list[str]]:
+    """Records by rig and by what else they have in common."""
+    found: dict[tuple[int, int], list[str]] = defaultdict(list)
+    for record, of_rig, shared in zip(records, rig.tolist(), of_it.tolist(), strict=True):
+        found[of_rig, shared].append(record)
+    return found
 
 
 def _median_frequency(data: GapData, records: list[str]) -> float:
