@@ -16,7 +16,7 @@ CYCLE = round(FS / F)
 
 
 def record(first, turbulence=0.01, seconds=30.0, seed=0):
-    """The motion y'' = ... of two quadratures that a white force moves: amplitude and phase walk about, as they do."""
+    """Two quadratures that a white force moves about a stable amplitude: amplitude and phase walk, as they do."""
     rng, n = np.random.default_rng(seed), round(seconds * FS)
     z, steps = np.empty(n, dtype=complex), rng.standard_normal((n, 2)) @ [1.0, 1.0j]
     z[0] = first * STABLE

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from scruton.envelope import thresholds
 from scruton.envelope.types import Cycles
@@ -38,8 +39,8 @@ def phase_slip(cycles: Cycles) -> Slip | None:
     if cycles.amplitude.size < thresholds.FEWEST_FOR_SLIPS:
         return None
     turn = (np.diff(cycles.phase) + np.pi) % (2.0 * np.pi) - np.pi
-    half = thresholds.SLIP_BESIDE
-    away = turn - [float(np.median(turn[max(i - half, 0) : i + half + 1])) for i in range(turn.size)]
+    beside = np.pad(turn, thresholds.SLIP_BESIDE, constant_values=np.nan)
+    away = turn - np.nanmedian(sliding_window_view(beside, 2 * thresholds.SLIP_BESIDE + 1), axis=1)
     amplitude = np.minimum(cycles.amplitude[:-1], cycles.amplitude[1:])
     noise = float(np.median(cycles.standard_error))
     next_to = np.diff(cycles.time) * cycles.reference_frequency < thresholds.GAP

@@ -12,7 +12,7 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.laws import amplitude_ratio, extrapolation_index
 from scruton.envelope.damping import aerodynamic_damping, griffin_curve, total_damping
 from scruton.errors import InputError
-from scruton.griffin.curves import shared_curve
+from scruton.griffin.curves import portions, shared_curve
 from scruton.griffin.posterior import draws_of, exponent_draws, mass_damping_draws, names_of, peak_names, unit_of
 from scruton.griffin.thresholds import ENOUGH_DRAWS, X_TRUSTED
 from scruton.shown import shown
@@ -148,16 +148,7 @@ def band(
     scruton_numbers: FloatArray, draws: FloatArray, unit: str, label: str, extrapolated: np.ndarray | None = None
 ) -> GriffinBand:
     """Summarise draws (S, n) at `scruton_numbers` (n,) into a band; NaN draws say nothing and are left out."""
-    probability = [0.5, *(0.5 + side * p / 2 for p in INTERVALS for side in (-1, 1))]
-    outside = np.zeros(len(scruton_numbers), dtype=bool) if extrapolated is None else extrapolated
-    points, finite = np.full((len(probability), len(scruton_numbers)), np.nan), np.isfinite(draws).all(axis=0)
-    if finite.any():  # the common case, all columns at once
-        points[:, finite] = quantiles(draws[:, finite], probability)
-    known = ~np.isnan(draws)
-    for i in np.flatnonzero(~finite & (known.mean(axis=0) >= ENOUGH_DRAWS)):
-        points[:, i] = quantiles(draws[known[:, i], i], probability)
-    intervals = MappingProxyType({p: points[2 * k + 1 : 2 * k + 3] for k, p in enumerate(INTERVALS)})
-    return GriffinBand(np.asarray(scruton_numbers, dtype=float), points[0], intervals, unit, label, outside)
+    return _band(scruton_numbers, _points(draws), unit, label, extrapolated)
 
 
 def band_along(
@@ -168,13 +159,29 @@ def band_along(
     extrapolated: np.ndarray | None = None,
 ) -> GriffinBand:
     """The same of draws that are computed for some of the Scruton numbers (k,) at a time, (S, k), and let go."""
-    count = len(scruton_numbers)
-    some = [slice(first, first + _AT_A_TIME) for first in range(0, count, _AT_A_TIME)]
-    outside = np.zeros(count, dtype=bool) if extrapolated is None else extrapolated
-    bands = [band(sc, draws_at(sc), unit, label) for sc in (scruton_numbers[part] for part in some)]
-    intervals = {p: np.concatenate([one.intervals[p] for one in bands], axis=1) for p in INTERVALS}
-    median = np.concatenate([one.median for one in bands])
-    return GriffinBand(scruton_numbers, median, MappingProxyType(intervals), unit, label, outside)
+    some = portions(len(scruton_numbers), _AT_A_TIME)
+    points = np.concatenate([_points(draws_at(scruton_numbers[part])) for part in some], axis=1)
+    return _band(scruton_numbers, points, unit, label, extrapolated)
+
+
+def _points(draws: FloatArray) -> FloatArray:
+    """Median of draws (S, n), and both ends of each of `INTERVALS`, (1 + 2 intervals, n)."""
+    probability = [0.5, *(0.5 + side * p / 2 for p in INTERVALS for side in (-1, 1))]
+    points, finite = np.full((len(probability), draws.shape[1]), np.nan), np.isfinite(draws).all(axis=0)
+    if finite.any():  # the common case, all columns at once
+        points[:, finite] = quantiles(draws[:, finite], probability)
+    known = ~np.isnan(draws)
+    for i in np.flatnonzero(~finite & (known.mean(axis=0) >= ENOUGH_DRAWS)):
+        points[:, i] = quantiles(draws[known[:, i], i], probability)
+    return points
+
+
+def _band(
+    scruton_numbers: FloatArray, points: FloatArray, unit: str, label: str, extrapolated: np.ndarray | None
+) -> GriffinBand:
+    outside = np.zeros(len(scruton_numbers), dtype=bool) if extrapolated is None else extrapolated
+    intervals = MappingProxyType({p: points[2 * k + 1 : 2 * k + 3] for k, p in enumerate(INTERVALS)})
+    return GriffinBand(np.asarray(scruton_numbers, dtype=float), points[0], intervals, unit, label, outside)
 
 
 def quantiles(draws: FloatArray, probability: Sequence[float]) -> FloatArray:

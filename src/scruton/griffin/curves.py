@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 PORTION = 16  # Scruton numbers that are computed at once: of 8,192 draws a whole figure's take 200 MB on the way
 
 
-def portions(count: int) -> Iterator[slice]:
+def portions(count: int, at_once: int = PORTION) -> Iterator[slice]:
     """Columns of Scruton numbers that are computed at once, one portion after the other."""
-    return (slice(first, first + PORTION) for first in range(0, count, PORTION))
+    return (slice(first, first + at_once) for first in range(0, count, at_once))
 
 
 @dataclass(frozen=True, eq=False)
