@@ -10,7 +10,8 @@ from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from multiprocessing.connection import wait
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
 from typing import Any
 
 from scruton.spared import spare
@@ -19,6 +20,45 @@ from scruton.spared import spare
 def pool(count: int) -> ProcessPoolExecutor:
     """A pool of `count` processes with nothing of this one's state; they end when it does, even if it is killed."""
     return ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"), initializer=serve)
+
+
+def aside[T](work: Callable[..., T], *arguments: object) -> T:
+    """Work in a copy of this process, whose memory goes when it ends; here, where there can be none.
+
+    A copy costs nothing but for the pages that it changes, and hands its result over pickled.  What it does not, since
+    it failed or was ended, is done here.
+    """
+    if not _of_one_thread():
+        return work(*arguments)
+    context = multiprocessing.get_context("fork")
+    here, there = context.Pipe(duplex=False)
+    copy = context.Process(target=_hand_over, args=(there, work, arguments))
+    copy.start()
+    there.close()
+    try:
+        with here:
+            result: T = here.recv()
+            return result
+    except EOFError:
+        pass
+    finally:
+        copy.terminate()
+        copy.join()
+    return work(*arguments)
+
+
+def _of_one_thread() -> bool:
+    """Whether this process can be copied: a lock that another thread holds, be it a library's, no copy ever opens."""
+    threads = Path("/proc/self/task")  # of Linux, where alone libraries bear it
+    return threads.is_dir() and len([*threads.iterdir()]) == 1
+
+
+def _hand_over(result: Connection, work: Callable[..., object], arguments: tuple[object, ...]) -> None:
+    serve()
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # what this process was copied from had work to keep
+    with suppress(BaseException):  # a panic of compiled code is no Exception; it is met again where it is told
+        result.send(work(*arguments))
+    result.close()
 
 
 @dataclass(eq=False)

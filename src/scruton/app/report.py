@@ -57,7 +57,7 @@ def of_campaign(arguments: Namespace) -> Outcome:
     """Fit a campaign into a folder and write its report there; a second process shares the work."""
     from scruton.infer.sampling import Known
     from scruton.infer.store import write_fit
-    from scruton.processes import SecondProcess
+    from scruton.processes import SecondProcess, aside
     from scruton.report.build import write_report
     from scruton.report.failures import begun
     from scruton.report.kept import Beside
@@ -81,13 +81,13 @@ def of_campaign(arguments: Namespace) -> Outcome:
     settings = {"sc": arguments.sc, "limits": limits, "gap": gap, "bridge": bridge is not None}
     with task.claim(arguments, sha256 | across, settings) as work, SecondProcess(beside=arguments.jobs > 1) as second:
         stated = arguments.sc or ([] if checked is None else stated_scruton_numbers(checked))
-        diagnosis = begun(second, gap_part, path, model, stated) if gap else None
+        diagnosis = begun(second, aside, gap_part, path, model, stated) if gap else None
         known = Known(second=second)
         fit = task.fit(work, known)
         crossed = begun(second, crossed_part, whole_of(fit, known))
         write_fit(fit, work.new)
         asked = None if bridge is None else Asked(bridge, limits, arguments.other)
-        sizing = None if asked is None else begun(second, sizing_part, work.new, asked, seed)
+        sizing = None if asked is None else begun(second, aside, sizing_part, work.new, asked, seed)
         of_the_bridge = partial(scruton_numbers_of, fit.tree, bridge) if bridge and fit.summary["tests"] else ()
         paths = write_report(
             fit, work.new, design_sc=arguments.sc or of_the_bridge, gap=diagnosis, sizing=sizing,

@@ -8,7 +8,9 @@ import numpy as np
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.thresholds import FAR
 from scruton.envelope import thresholds
+from scruton.envelope.backbone import bends_from
 from scruton.envelope.inspection import Inspection
+from scruton.envelope.types import Cycles
 
 
 def off_stated(inspection: Inspection) -> Iterator[Remark]:
@@ -19,7 +21,7 @@ def off_stated(inspection: Inspection) -> Iterator[Remark]:
         line, stated = inspection.cycles[record.name].reference_frequency, rig.frequency.mean
         limit = thresholds.STILL_FREQUENCY if test is None else thresholds.WIND_FREQUENCY
         departure = abs(line / stated - 1.0)
-        if departure > limit:
+        if departure > limit and not bends_from(inspection.cycles[record.name], stated, limit):
             where = "still air" if test is None else "wind"
             yield Remark(
                 Severity.SERIOUS if departure > FAR * limit else Severity.DOUBT, "frequency", "record", record.name,
@@ -46,12 +48,16 @@ def apart_from_other_rigs(inspection: Inspection) -> Iterator[Remark]:
 
     What is far from the rig's own by itself is told by `off_stated`.
     """
-    followed: dict[str, list[float]] = {}
+    followed: dict[str, list[Cycles]] = {}
     for record, rig, test in inspection.records():
         if test is not None and not record.is_envelope:
-            line = inspection.cycles[record.name].reference_frequency
-            followed.setdefault(rig.name, []).append(line / rig.frequency.mean)
-    shifts = {name: float(np.median(lines)) - 1.0 for name, lines in followed.items()}
+            followed.setdefault(rig.name, []).append(inspection.cycles[record.name])
+    shifts = {
+        name: float(np.median([track.reference_frequency for track in tracks]))
+        / inspection.campaign.rig(name).frequency.mean
+        - 1.0
+        for name, tracks in followed.items()
+    }
     if len(shifts) < 2:
         return
     odd, others = odd_one_out(shifts)
@@ -59,6 +65,8 @@ def apart_from_other_rigs(inspection: Inspection) -> Iterator[Remark]:
     # a fluid that moves the others much may move a light rig by as much again
     limit = max(thresholds.OTHER_RIGS, abs(others), thresholds.SIGMAS * rig.frequency.relative_sd)
     ratio, departure = 1.0 + shifts[odd], abs(shifts[odd] - others)
+    if all(bends_from(track, rig.frequency.mean, limit) for track in followed[odd]):
+        return
     if departure > limit and abs(shifts[odd]) <= thresholds.WIND_FREQUENCY:
         yield Remark(
             Severity.DOUBT, "other rigs", "rig", odd,

@@ -8,6 +8,7 @@ import numpy as np
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Campaign, Rig
 from scruton.campaign.thresholds import FAR
+from scruton.envelope.backbone import bends_from
 from scruton.envelope.thresholds import ANOTHER_MOTION, SIGMAS, STILL_FREQUENCY
 from scruton.envelope.types import Cycles
 from scruton.errors import InputError
@@ -16,7 +17,8 @@ from scruton.errors import InputError
 def retuned(campaign: Campaign, cycles: Mapping[str, Cycles], *, refuse: bool) -> Campaign:
     """The campaign with f0 as the free decays of each rig show it, where what is stated is off, and remarks on it.
 
-    Free decays that do not agree with each other show none, and remarks on the records say so.
+    Free decays that do not agree with each other show none, and remarks on the records say so; nor do those whose
+    frequency goes to what is stated as they die out, which a spring that bends does.
 
     Raises
     ------
@@ -33,6 +35,8 @@ def retuned(campaign: Campaign, cycles: Mapping[str, Cycles], *, refuse: bool) -
         limit = max(STILL_FREQUENCY, SIGMAS * rig.frequency.relative_sd)
         off = abs(line / stated - 1.0)
         if off <= limit:
+            return rig
+        if all(bends_from(cycles[record.name], stated, limit) for record in rig.records if not record.is_envelope):
             return rig
         if off > ANOTHER_MOTION:
             if refuse:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from scruton.documents import write_bytes, write_document, write_text
 from scruton.errors import InputError
-from scruton.processes import SecondProcess
+from scruton.processes import SecondProcess, aside
 from scruton.report.failures import Failure, Failures, begun, guarded
 from scruton.workspace import Workspace
 
@@ -188,7 +188,7 @@ def write_report(
     document = compose(material, failures)
     written = attempt("", "Writing the tables", lambda: write_tables(document, frames, out / TABLES), [])
     values = attempt("", "Writing the numbers", lambda: numbers(material, document), {"format": 1})
-    pdf = attempt("", "The PDF", lambda: render_pdf(with_failures(document, failures)), b"")
+    pdf = attempt("", "The PDF", lambda: aside(render_pdf, with_failures(document, failures)), b"")
     others = {form: attempt("", OFFICE[form], partial(_office, form, document, frames), b"") for form in office}
     values |= contents | drawn | {"failures": [failure.to_json() for failure in failures.found]}
     write_text(out / HTML, render_html(with_failures(document, failures)))
@@ -238,17 +238,21 @@ def _figures(
     from scruton.report.kept import drawn_from, noted
 
     before = len(failures.found)
-    pictures = list(known) or _draw(fit, second or SecondProcess(beside=False), failures)
+    pictures = list(known)
+    if not pictures:
+        pictures, found = aside(_draw, fit, second or SecondProcess(beside=False))
+        failures.found += found
     if not fit_sha256 or len(failures.found) > before:  # one that lacks a figure is none to take them from
         return pictures, {}
     return pictures, {"drawn": noted(pictures, drawn_from(fit_sha256))}
 
 
-def _draw(fit: "Fit", second: SecondProcess, failures: Failures) -> "list[Picture]":
+def _draw(fit: "Fit", second: SecondProcess) -> tuple["list[Picture]", list[Failure]]:
     """Draw every figure, here and beside, one after the other: each holds some ten megabytes until it is a file."""
     from scruton.report.figures import all_figures, chapter_of
     from scruton.report.parts import drawn
 
+    failures = Failures()
     results: list[tuple[str, Picture | Failure | Callable[[], Picture | Failure]]] = []
 
     def draw() -> None:
@@ -261,7 +265,7 @@ def _draw(fit: "Fit", second: SecondProcess, failures: Failures) -> "list[Pictur
         failures.keep(chapter_of(name), f"The figure {name}", guarded(result) if callable(result) else result, None)
         for name, result in results
     ]
-    return [picture for picture in kept if picture is not None]
+    return [picture for picture in kept if picture is not None], failures.found
 
 
 def _sensitivity(fit: "Fit", design: "Sequence[Prediction]") -> "tuple[PredictionSensitivity, ...]":
