@@ -51,6 +51,12 @@ def once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Callable[[P
     return made
 
 
+@pytest.fixture(autouse=True)
+def nothing_aside(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Do in this process what a command does in a copy of its own, which would keep what a test counts or changes."""
+    monkeypatch.setattr("scruton.processes._of_one_thread", lambda: False)
+
+
 @pytest.fixture
 def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Draw none, of a sizing or a report: that takes half as long as a sizing."""

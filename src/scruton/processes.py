@@ -1,5 +1,6 @@
 """Processes that work for this one: they leave interrupts to it, and none outlives it."""
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -55,6 +56,7 @@ def _of_one_thread() -> bool:
 
 def _hand_over(result: Connection, work: Callable[..., object], arguments: tuple[object, ...]) -> None:
     serve()
+    gc.freeze()  # what it was copied with is not looked through for what can go, which would copy it
     signal.signal(signal.SIGTERM, signal.SIG_DFL)  # what this process was copied from had work to keep
     with suppress(BaseException):  # a panic of compiled code is no Exception; it is met again where it is told
         result.send(work(*arguments))

@@ -131,6 +131,7 @@ ALONE = {
     "arch": {"TREND_ARCH": 0.1, "TREND_DRIVE_ARCH": -0.2},
     "jump": {"JUMP": 0.1, "JUMP_RATE": 0.1, "JUMP_TIME": 4.0},
     "warming": {"WARMING": 0.1, "WARMING_PACE": 2.0},
+    "settling": {"TREND_SETTLING": 0.2, "TREND_DRIVE_SETTLING": -0.1, "TREND_PACE": 3.0},
     "forcing": {"FORCE_COS": 0.002, "FORCE_SIN": 0.001, "FORCE_RATE": 1.0},
     "gain": {"GAIN": 0.1},
     "line": {"LINE_COS": 0.002, "LINE_SIN": 0.001, "LINE_RATE": 3.0, "LINE_DECAY": 0.2},

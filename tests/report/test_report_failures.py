@@ -326,7 +326,7 @@ def test_what_a_second_process_is_given_can_be_sent_to_it(monkeypatch: pytest.Mo
     example = Path(__file__).parents[2] / "examples" / "rectangle-4to1"
     with contextlib.suppress(KeyboardInterrupt):
         main(["report", str(example), "--bridge", str(example / "bridge.toml"), "-o", str(tmp_path / "new"), "--quiet"])
-    [(_, model, numbers)] = sent
+    [(_, _, model, numbers)] = sent
     assert model == "default"
     assert numbers
     assert all(number > 0.0 for number in numbers), "Scruton numbers of modes that state a mass"

@@ -20,6 +20,9 @@ _COH_POWER, _COH_FLOOR = int(Term.COHERENCE_POWER), int(Term.COHERENCE_FLOOR)
 _LAW, _EXPONENT = int(Term.LAW_POWER), int(Term.LAW_EXPONENT)
 _TREND, _SINE, _ARCH = int(Term.TREND), int(Term.TREND_SINE), int(Term.TREND_ARCH)
 _TREND_DRIVE, _ARCH_DRIVE = int(Term.TREND_DRIVE), int(Term.TREND_DRIVE_ARCH)
+_SETTLING, _SETTLING_DRIVE, _TREND_PACE = (
+    int(Term.TREND_SETTLING), int(Term.TREND_DRIVE_SETTLING), int(Term.TREND_PACE)
+)  # fmt: skip
 _JUMP, _JUMP_RATE = int(Term.JUMP), int(Term.JUMP_RATE)
 _WARMING, _PACE = int(Term.WARMING), int(Term.WARMING_PACE)
 _HAT = int(Term.HAT)
@@ -34,7 +37,8 @@ def effect_drift(a, lagged, c, tau, late, force, hats, knots):  # type: ignore[n
     """
     x = c.reshape((COLUMNS, 1))
     wind, still, drive = weather(x, 0, tau, 0.5 * np.sin(np.pi * tau), np.cos(np.pi * tau), late)
-    still += warmth(x, 0, tau)
+    gained, warmth, driven = settling(x, 0, tau)
+    wind, still, drive = wind + gained, still + warmth, drive * driven
     return drift_of(a, lagged, x, 0, wind, still, drive, force, hats, knots)
 
 
@@ -51,9 +55,11 @@ def weather(x, w, tau, bow, arch, late):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def warmth(x, w, tau):  # type: ignore[no-untyped-def]
-    """Structural damping rate that column w has gained at a place in the record."""
-    return x[_WARMING, w] * (1.0 - np.exp(-(tau + 0.5) * x[_PACE, w]))
+def settling(x, w, tau):  # type: ignore[no-untyped-def]
+    """What column w has gained at a place in the record: of wind, structural damping rate and drive (a factor)."""
+    share = 1.0 - np.exp(-(tau + 0.5) * x[_TREND_PACE, w])
+    warmth = x[_WARMING, w] * (1.0 - np.exp(-(tau + 0.5) * x[_PACE, w]))
+    return x[_SETTLING, w] * share, warmth, 1.0 + x[_SETTLING_DRIVE, w] * share
 
 
 @njit(cache=True, inline="always")

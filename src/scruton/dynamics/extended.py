@@ -20,7 +20,7 @@ from scruton.compiled import njit
 from scruton.dynamics import row
 from scruton.dynamics.cycles import ABSENT, Channels
 from scruton.dynamics.drive_moments import gust_decay, moments_of_all, moments_of_lane
-from scruton.dynamics.effect_drift import drift_of, polynomial, rough, warmth, weather
+from scruton.dynamics.effect_drift import drift_of, polynomial, rough, settling, weather
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
 from scruton.dynamics.moments import noise_drift
 from scruton.dynamics.phase_and_wave import creep, found, stick, turn, wander, wave
@@ -33,10 +33,10 @@ _FC, _FS, _FR = int(Term.FORCE_COS), int(Term.FORCE_SIN), int(Term.FORCE_RATE)
 _TWICE = int(Term.FORCE_TWICE)
 _GAIN, _CLIP, _SOFT = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT)
 _Q, _R = int(Term.SCATTER), int(Term.NOISE)
-_STICK = int(Term.FRICTION_SPRING)
+_STICK, _LOSS = int(Term.FRICTION_SPRING), int(Term.FREQUENCY_LOSS)
 _DET, _PQ = int(Term.DETUNING), int(Term.PHASE_SCATTER)
 _BENDS = [int(term) for term in (Term.STIFFNESS_LINEAR, Term.STIFFNESS, Term.STIFFNESS_FOURTH)]
-_WARMING, _CREEP, _LOSS = int(Term.WARMING), int(Term.FREQUENCY_TREND), int(Term.FREQUENCY_LOSS)
+_WARMS, _SETTLES, _CREEP = int(Term.WARMING), int(Term.TREND_PACE), int(Term.FREQUENCY_TREND)
 _H3, _H3R, _JT = int(Term.THIRD), int(Term.THIRD_NOISE), int(Term.JUMP_TIME)
 _LC, _LS, _LR, _LD = int(Term.LINE_COS), int(Term.LINE_SIN), int(Term.LINE_RATE), int(Term.LINE_DECAY)
 _GUST, _GUST_RATE, _SET_POINT = int(Term.GUST), int(Term.GUST_RATE), int(Term.SET_POINT)
@@ -90,13 +90,13 @@ def _extended_filter(data, log_knots, table, active, p0, v_out, s_out):  # type:
 def _block(data, table, here, low, high, moved, p0, knots, levels, v_out, s_out):  # type: ignore[no-untyped-def]
     """One record, rows `here` of the table; unless they are `moved`, with the amplitudes of the first row."""
     x = np.zeros((row.ROWS, row.LANES))
-    gusty, lined, forced, warming, creeping, bent, clipped, sticky = _coefficients(x, table, here, data.record[low])
+    gusty, lined, forced, settles, creeping, bent, clipped, sticky = _coefficients(x, table, here, data.record[low])
     size, dt, known = data.amplitude.size, -1.0, False
     for k in range(low, high):
         y, se, gap, period, now = data.amplitude[k], data.standard_error[k], data.gap[k], data.period[k], data.time[k]
         start = k == low or gap < 0.0
         if moved:
-            _weather(x, data.place[k], now, period, warming)
+            _weather(x, data.place[k], now, period, settles)
         if lined or forced:
             _oscillations(x, now, data.phase[k], y, lined, forced)
         if moved:
@@ -158,10 +158,9 @@ def _put(x, here, at, v_out, s_out):  # type: ignore[no-untyped-def]
 def _coefficients(x, table, here, record):  # type: ignore[no-untyped-def]
     """Put rows on end, the last filling the block; and whether any of them has what is rare.
 
-    That is gusts, a line, a force, damping that warms, a frequency that creeps, rough terms, saturation, a friction
-    that sticks.
+    That is gusts, a line, a force, what settles, a frequency that creeps, rough terms, saturation, sticking friction.
     """
-    gusty = lined = forced = warming = creeping = bent = clipped = sticky = False
+    gusty = lined = forced = settles = creeping = bent = clipped = sticky = False
     for w in range(row.LANES):
         c = table[here[min(w, here.size - 1)], record]
         for i in range(COLUMNS):
@@ -171,26 +170,28 @@ def _coefficients(x, table, here, record):  # type: ignore[no-untyped-def]
         gusty |= c[_GUST] != 0.0
         lined |= c[_LC] != 0.0 or c[_LS] != 0.0
         forced |= c[_FC] != 0.0 or c[_FS] != 0.0
-        warming |= c[_WARMING] != 0.0
+        settles |= c[_WARMS] != 0.0 or c[_SETTLES] > 0.0
         creeping |= c[_CREEP] != 0.0 or c[_LOSS] != 0.0
         bent |= x[row.ROUGH, w] > 0.0
         clipped |= c[_CLIP] > 0.0
         sticky |= c[_STICK] != 0.0
     x[row.KEEP] = 1.0
-    return gusty, lined, forced, warming, creeping, bent, clipped, sticky
+    return gusty, lined, forced, settles, creeping, bent, clipped, sticky
 
 
 @njit(cache=True, inline="always")
-def _weather(x, place, now, period, warming):  # type: ignore[no-untyped-def]
+def _weather(x, place, now, period, settles):  # type: ignore[no-untyped-def]
     """In a cycle about `now`; a jump has its moment within one, so that the likelihood has a slope in it."""
     bow, arch = 0.5 * np.sin(np.pi * place), np.cos(np.pi * place)
     for w in range(row.LANES):
         late = min(max((now - x[_JT, w]) / period + 0.5, 0.0), 1.0)
         wind, still, drive = weather(x, w, place, bow, arch, late)
         x[row.WIND, w], x[row.STILL, w], x[row.DRIVE, w] = wind, still, drive
-    if warming:
+    if settles:
         for w in range(row.LANES):
-            x[row.STILL, w] += warmth(x, w, place)
+            gained, warmth, driven = settling(x, w, place)
+            x[row.WIND, w], x[row.STILL, w] = x[row.WIND, w] + gained, x[row.STILL, w] + warmth
+            x[row.DRIVE, w] *= driven
 
 
 @njit(cache=True)

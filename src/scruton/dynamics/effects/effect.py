@@ -361,7 +361,10 @@ POWERS: dict[int, int] = {
 }  # fmt: skip
 BENDS: dict[int, int] = {Term.STIFFNESS_LINEAR: 1, Term.STIFFNESS: 2, Term.STIFFNESS_FOURTH: 4}
 # Of the wind in a record.
-TRENDS = Term.TREND, Term.TREND_SINE, Term.TREND_ARCH, Term.TREND_DRIVE, Term.TREND_DRIVE_ARCH
+TRENDS = (
+    Term.TREND, Term.TREND_SINE, Term.TREND_ARCH, Term.TREND_SETTLING,
+    Term.TREND_DRIVE, Term.TREND_DRIVE_ARCH, Term.TREND_DRIVE_SETTLING,
+)  # fmt: skip
 _SHARES = (*TRENDS, Term.GAIN, Term.JUMP, Term.FREQUENCY_TREND)
 _BEND = 0.1  # the prior of the relative change of frequency up to the largest amplitude is N(0, (0.3 times this)^2)
 

@@ -37,9 +37,10 @@ _JUMPS = {
 }
 # Of a damper that warms, oil or magnet; together of the weight of one form.
 _WARMS = {
-    Extent.EVERYWHERE: (0.4, "of all rigs alike"),
-    Extent.ONE_RIG: (0.4, "of one rig"),
-    Extent.EACH_RIG: (0.2, "of every rig by its own"),
+    Extent.EVERYWHERE: (0.35, "of all rigs alike"),
+    Extent.ONE_RIG: (0.35, "of one rig"),
+    Extent.EACH_RIG: (0.15, "of every rig by its own"),
+    Extent.EACH_TEST: (0.15, "of every test by its own, in wind"),
 }
 _GAINS = adding(size=Term.WARMING)
 # Of what is not the same from record to record; together of the weight of one form.
@@ -82,8 +83,9 @@ def _told(layout: Layout, shares: Mapping[Extent, tuple[float, str]]) -> list[Sc
         released = layout.largest[own & ~growing]
         both = released.size > 0 and bool(np.any(growing[own]))
         tells[own] = both or (released.size > 1 and released.max() > _APART * released.min())
+    each = Extent.EACH_RIG, Extent.EACH_TEST
     found = [
-        replace(one, members=compact(np.where(tells, one.members, -1))) if one.extent is Extent.EACH_RIG else one
+        replace(one, members=compact(np.where(tells, one.members, -1))) if one.extent in each else one
         for one in scopes(layout, shares)
     ]
     return [one for one in found if np.any(tells & one.records)]
@@ -96,12 +98,20 @@ def _warm(table: FloatArray, values: Values, layout: Layout) -> None:
 
 
 def _warming(layout: Layout) -> list[Variant]:
-    """Structural damping that changes as a record goes on, in still air and in wind, each anew from where it began."""
-    middle, found = float(np.log(np.median(layout.duration))), []
+    """Structural damping that changes as a record goes on, each anew from where it began.
+
+    In still air and in wind, or in wind alone: a ring-down may be over before.
+    """
+    length, found = float(np.log(np.median(layout.duration))), []
     for scope in _told(layout, _WARMS):
+        in_wind = scope.extent is Extent.EACH_TEST
+        if in_wind and layout.wind.all():  # of every rig's all records
+            continue
+        # a wake that remembers relaxes as soon as the amplitude does
+        middle, scale = (length + float(np.log(0.5)), 0.35) if in_wind else (length - 1.0, 1.0)
         time = Parameter(
-            "time", middle - 1.0, 1.0, layout.only(scope.records), log=True, unit="s",
-            starts=(middle - 1.0, middle - 2.0, middle),
+            "time", middle, scale, layout.only(scope.records), log=True, unit="s",
+            starts=(middle, middle - scale, middle + scale),
         )  # fmt: skip
         form = sized("structural damping that changes as a record goes on, {scope}", _warm, scope)
         found.append(replace(form, parameters=(*form.parameters, time), scan="time"))

@@ -1,5 +1,6 @@
 """What befalls a record: a wind that drifts, a frequency that follows the amplitude, a sensor that errs."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -86,8 +87,33 @@ def _stepping(layout: Layout) -> list[Variant]:
 
 
 def _rise(rows: FloatArray, _without: FloatArray, station: Station) -> FloatArray:
-    rise = rows[:, Term.TREND] + rows[:, Term.TREND_SINE] + rows[:, Term.TREND_ARCH]
+    rise = rows[:, Term.TREND] + rows[:, Term.TREND_SINE] + rows[:, Term.TREND_ARCH] + rows[:, Term.TREND_SETTLING]
     return np.asarray(-rise * (2.0 * rows[:, Term.DRIVE] / station.amplitude - rows[:, Term.AERO]) / station.omega)
+
+
+def _settles(table: FloatArray, values: Values, layout: Layout) -> None:
+    sizes = values["size"], values.get("drive", np.zeros_like(values["size"]))
+    for term, size in zip((Term.TREND_SETTLING, Term.TREND_DRIVE_SETTLING), sizes, strict=True):
+        add(table, term, size)
+    acts = np.any(sizes, axis=0)
+    table[:, :, Term.TREND_PACE] = np.where(acts, layout.duration / np.where(acts, values["time"], 1.0), 0.0)
+
+
+def _settling(layout: Layout, among: Sequence[Scope]) -> list[Variant]:
+    """A wind that approaches another speed as 1 - exp(-t/T), alike in several records: a fan or a tunnel that warms."""
+    middle, found = float(np.log(0.5 * np.median(layout.duration))), []
+    for scope in among:
+        if scope.extent not in (Extent.IN_WIND, Extent.ONE_TEST):
+            continue
+        starts = middle, middle - 0.5, middle + 0.5
+        time = Parameter("time", middle, 0.35, scope.members, log=True, unit="s", starts=starts)
+        for words, names in (("", ("size",)), (" the drive's part its own,", ("size", "drive"))):
+            one = sized(
+                f"change that settles,{words} {{scope}}", _settles, scope, *names,
+                weight=0.5 * scope.weight, scale=_WIND_SCALE, unit="of the wind",
+            )  # fmt: skip
+            found.append(replace(one, parameters=(*one.parameters, time), scan="time"))
+    return found
 
 
 def _drifting(layout: Layout) -> list[Variant]:
@@ -125,7 +151,7 @@ def _drifting(layout: Layout) -> list[Variant]:
     ]
     arch = adding(size=Term.TREND_ARCH)
     arches = [sized("rise and return, {scope}", arch, scope, scale=_WIND_SCALE, unit="of the wind") for scope in shared]
-    return both + alike + arches + _stepping(layout)
+    return both + alike + arches + _settling(layout, shared) + _stepping(layout)
 
 
 def _bend(rows: FloatArray, without: FloatArray, station: Station) -> FloatArray:
@@ -315,7 +341,7 @@ EFFECTS = (
         "The wind changes during the record",
         "amplitude",
         Belongs.RUN,
-        (*TRENDS, Term.AERO, Term.DRIVE, Term.JUMP, Term.JUMP_TIME),
+        (*TRENDS, Term.TREND_PACE, Term.AERO, Term.DRIVE, Term.JUMP, Term.JUMP_TIME),
         Size("damping", "damping ratio at amplitude {at}, end of the record, or its middle, over its start", _rise),
         _drifting,
     ),

@@ -7,6 +7,7 @@ r"""The amplitude equation with every term that an effect may add, as a table of
 
 with tau the time in the record from -1/2 to 1/2, a_l the amplitude that the wake remembers, chi the angle between
 the shedding and the response, h slow gusts of the drive (Ornstein-Uhlenbeck), and o what it is off by in a record.
+The wind has other courses than the straight one, gamma tau, too.
 Friction that builds up over a displacement has another form (`scruton.dynamics.friction`).
 The reading is gain times the (clipped) mean of a over a cycle.  An effect is an object that fills some of these
 coefficients from its parameters: it knows no data and no inference.
@@ -118,9 +119,12 @@ class Term(IntEnum):
     FORCE_TWICE = 63 + HATS, _WIND  # 1: what is forced is the stiffness, near twice the frequency: FORCE_... in [1/s]
     CORRELATION = 64 + HATS, _RUN  # of a cycle's innovation of the amplitude with that of the cycle before
     PHASE_CORRELATION = 65 + HATS, _RUN  # the same of the phase
+    TREND_SETTLING = 66 + HATS, _RUN  # relative change of the wind speed that a record gains as it goes on
+    TREND_DRIVE_SETTLING = 67 + HATS, _RUN  # the same of the drive alone
+    TREND_PACE = 68 + HATS, _RUN  # duration of the record over the time in which it does
 
 
-COLUMNS = int(Term.PHASE_CORRELATION) + 1
+COLUMNS = int(Term.TREND_PACE) + 1
 BELONGS: dict[Term, Belongs] = {term: term.belongs for term in Term}
 
 
