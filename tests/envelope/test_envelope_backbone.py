@@ -53,4 +53,5 @@ def test_too_few_cycles_and_one_amplitude_are_no_curve():
     assert backbone([track(STILL[:4])]) is None
     assert backbone([track(STILL), track(GROWTH[:4])]) is None
     assert backbone([track(np.full(50, 0.05))]) is None
+    assert backbone([track(STILL, error=0.0)]) is None
     assert not bends_from(track(STILL[:4]), 8.0, 1.0)

@@ -41,7 +41,9 @@ def bends_from(track: Cycles, frequency: float, limit: float) -> bool:
 
 def backbone(tracks: Sequence[Cycles]) -> Backbone | None:
     """The backbone curve of some records, a parabola in the amplitude; None where they have too few cycles for it."""
-    known = [np.isfinite(track.frequency_error) & (track.amplitude > 0.0) for track in tracks]
+    known = [
+        np.isfinite(track.frequency_error) & (track.frequency_error > 0.0) & (track.amplitude > 0.0) for track in tracks
+    ]
     parameters = _BEND + len(tracks) - 1
     if min(map(np.count_nonzero, known)) <= parameters:
         return None
