@@ -223,7 +223,8 @@ def _reach(scheduler: str, security: dict[str, Any]) -> Iterator[Any]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of versions that differ: what that breaks is reported
-            client = Client(scheduler, timeout=REACH, **security)
+            # as no default, which one that reaches nothing stays: whoever writes a file later would ask it for a lock
+            client = Client(scheduler, timeout=REACH, set_as_default=False, **security)
     except (OSError, ValueError, RuntimeError, ImportError, TypeError) as error:  # TypeError: TLS without certificates
         reason = f"{scheduler}, where none answers ({type(error).__name__})"
         raise InputError("command line", "--scheduler", reason, wanted) from error

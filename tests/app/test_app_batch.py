@@ -10,6 +10,7 @@ from argparse import Namespace
 from pathlib import Path
 
 import pytest
+from distributed.client import _get_global_client as default_client
 
 from scruton.app.batch import Batch, Job, _planned, _required, names, run_one, summarise
 from scruton.app.batch_tables import batch_csv, batch_page, batch_text
@@ -236,6 +237,7 @@ def test_bad_arguments(room, whole, monkeypatch, capsys):
     refused(["still", "-o", "card.toml"], "a file")
     refused(["still", *new, "--scheduler", "tcp://127.0.0.1:1"], "--scheduler", "tcp://127.0.0.1:1")
     refused(["still", *new, "--scheduler", "carrier-pigeon://loft"], "--scheduler", "carrier-pigeon")
+    assert default_client() is None, "what writes a file would ask it for a lock"
     refused(["still", "-o", "whole", "--model", "card.toml"], "whole", "--resume", "--force")
     refused(["still", "-o", "whole", "--model", "card.toml", "--seed", 3, "--resume"], "other seed")
     assert not (room / "new").exists()
