@@ -65,9 +65,9 @@ def apart_from_other_rigs(inspection: Inspection) -> Iterator[Remark]:
     # a fluid that moves the others much may move a light rig by as much again
     limit = max(thresholds.OTHER_RIGS, abs(others), thresholds.SIGMAS * rig.frequency.relative_sd)
     ratio, departure = 1.0 + shifts[odd], abs(shifts[odd] - others)
-    if all(bends_from(track, rig.frequency.mean, limit) for track in followed[odd]):
+    if not (departure > limit and abs(shifts[odd]) <= thresholds.WIND_FREQUENCY):
         return
-    if departure > limit and abs(shifts[odd]) <= thresholds.WIND_FREQUENCY:
+    if not all(bends_from(track, rig.frequency.mean, limit) for track in followed[odd]):
         yield Remark(
             Severity.DOUBT, "other rigs", "rig", odd,
             f"in wind its lines are at {ratio:.3f} times the f0 = {rig.frequency.mean:.4g} Hz stated, those "

@@ -374,6 +374,11 @@ def bend_at(rows: FloatArray, amplitude: FloatArray) -> FloatArray:
     return np.asarray(sum(rows[..., int(term)] * amplitude**power for term, power in BENDS.items()))
 
 
+def half_a_record(layout: Layout) -> tuple[float, float]:
+    """Prior of the logarithm of a time constant [s] that no relaxation has, in which a wake that remembers follows."""
+    return float(np.log(0.5 * np.median(layout.duration))), 0.35
+
+
 def adding(**terms: int) -> Apply:
     """An `apply` that adds parameters, by name, to coefficients, each in the unit that `size_prior` is meant in."""
 

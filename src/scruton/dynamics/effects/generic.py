@@ -21,6 +21,7 @@ from scruton.dynamics.effects.effect import (
     Values,
     Variant,
     adding,
+    half_a_record,
     scopes,
     sized,
 )
@@ -107,8 +108,7 @@ def _warming(layout: Layout) -> list[Variant]:
         in_wind = scope.extent is Extent.EACH_TEST
         if in_wind and layout.wind.all():  # of every rig's all records
             continue
-        # a wake that remembers relaxes as soon as the amplitude does
-        middle, scale = (length + float(np.log(0.5)), 0.35) if in_wind else (length - 1.0, 1.0)
+        middle, scale = half_a_record(layout) if in_wind else (length - 1.0, 1.0)
         time = Parameter(
             "time", middle, scale, layout.only(scope.records), log=True, unit="s",
             starts=(middle, middle - scale, middle + scale),

@@ -25,6 +25,7 @@ from scruton.dynamics.effects.effect import (
     add,
     adding,
     bend_at,
+    half_a_record,
     scopes,
     size_prior,
     sized,
@@ -101,12 +102,12 @@ def _settles(table: FloatArray, values: Values, layout: Layout) -> None:
 
 def _settling(layout: Layout, among: Sequence[Scope]) -> list[Variant]:
     """A wind that approaches another speed as 1 - exp(-t/T), alike in several records: a fan or a tunnel that warms."""
-    middle, found = float(np.log(0.5 * np.median(layout.duration))), []
+    (middle, scale), found = half_a_record(layout), []
     for scope in among:
         if scope.extent not in (Extent.IN_WIND, Extent.ONE_TEST):
             continue
         starts = middle, middle - 0.5, middle + 0.5
-        time = Parameter("time", middle, 0.35, scope.members, log=True, unit="s", starts=starts)
+        time = Parameter("time", middle, scale, scope.members, log=True, unit="s", starts=starts)
         for words, names in (("", ("size",)), (" the drive's part its own,", ("size", "drive"))):
             one = sized(
                 f"change that settles,{words} {{scope}}", _settles, scope, *names,
