@@ -126,12 +126,11 @@ def _with(verb: str, option: str, value: str, stock: Stock) -> list[str]:
         ]
         good[at[1 if option == "results" and verb == "challenge score" else 0]] = value
         return [*verb.split(), *good]
-    for spelled in (option, "-o" if option == "--out" else option):
+    instead = {"--out": ("-o",), "--scheduler": ("--jobs",)}  # a scheduler has its own count of workers
+    for spelled in (option, *instead.get(option, ())):
         if spelled in good:
             at = good.index(spelled)
             del good[at : at + 2]
-    if option == "--scheduler":
-        del good[good.index("--jobs") :]
     return [*verb.split(), *good, f"{option}={value}"]
 
 
