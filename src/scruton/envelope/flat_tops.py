@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from scruton.arrays import BoolArray, FloatArray
-from scruton.envelope.sampling import quantum_of, run_lengths, sines
+from scruton.envelope.sampling import quantum_of, run_lengths, sines, sines_through
 from scruton.envelope.thresholds import (
     CUT_OFF,
     FEWEST_FOLDED,
@@ -179,8 +179,8 @@ def _fold(time: FloatArray, response: FloatArray, frequency: float) -> _Folded |
     if count < FEWEST_IN_A_CYCLE or time.size < FEWEST_FOLDED * count:
         return None
     whole = time.size // count * count
-    y, basis = response[:whole].reshape(-1, count), sines(count, frequency * step)
-    fitted = y @ np.linalg.pinv(basis).T
+    y = response[:whole].reshape(-1, count)
+    fitted = sines_through(y, frequency * step)
     turned = 2.0 * np.pi * frequency * step * np.arange(count) - np.arctan2(fitted[:, 2], fitted[:, 1])[:, None]
     phase = (turned + np.pi) % (2.0 * np.pi) - np.pi
     size: FloatArray = np.hypot(fitted[:, 1], fitted[:, 2])

@@ -90,3 +90,8 @@ def sines(count: int, frequency: float) -> FloatArray:
     """A constant, cosine and sine over `count` samples, (count, 3), at a frequency in cycles a sample."""
     turned = 2.0 * np.pi * frequency * np.arange(count)
     return np.stack([np.ones(count), np.cos(turned), np.sin(turned)], axis=1)
+
+
+def sines_through(cycles: FloatArray, frequency: float) -> FloatArray:
+    """Constant, cosine and sine, (K, 3), of least squares through cycles of samples, (K, n), at cycles a sample."""
+    return np.asarray(cycles @ np.linalg.pinv(sines(cycles.shape[1], frequency)).T)
