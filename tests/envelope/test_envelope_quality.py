@@ -168,6 +168,20 @@ def test_readings_that_are_held_are_said_to_be_and_are_no_clipping(samples):
     assert not warned("every reading stands", Kind.DECAY, 3.0, change=lambda t, y: (t, np.round(y / 1e-2) * 1e-2))
 
 
+def test_steps_that_no_noise_blurs_are_said_to_leave_amplitudes_off():
+    def rounded(t, y):
+        return t, np.round(y / 0.02) * 0.02
+
+    def blurred(t, y):
+        return rounded(t, y + 0.01 * np.random.default_rng(1).standard_normal(y.size))
+
+    assert warned("the readings come in steps of 0.02,", Kind.STEADY, 1.0, change=rounded)
+    assert not warned("the readings come in steps", Kind.STEADY, 1.0, change=blurred)
+    assert not warned(
+        "the readings come in steps", Kind.STEADY, 1.0, change=lambda t, y: (t, np.round(y / 5e-3) * 5e-3)
+    )
+
+
 def test_a_noiseless_sine_in_step_with_the_sampling_is_not_clipped():
     t = np.arange(4000) / FS
     assert assessed(Record("r", Path("r"), Kind.STEADY, t, np.cos(2 * np.pi * F * t))).warnings == ()

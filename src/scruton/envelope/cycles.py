@@ -111,7 +111,7 @@ def demodulate(
     c, s = direction.real, direction.imag
     unit_variance = c * c * fit.cov_rr + 2.0 * c * s * fit.cov_ri + s * s * fit.cov_ii
     variance = sigma2 * unit_variance * colour
-    error = np.sqrt(variance + _staircase(amplitude, sigma2, quantum))
+    error = np.sqrt(variance + staircase(amplitude, sigma2, quantum))
     if not _oscillates(fit.z, smooth_phase, error):
         raise InputError(name, "", "no oscillation that stands out from the noise", "a record that oscillates")
     phase = smooth_phase + np.angle(fit.z * np.exp(-1j * smooth_phase))
@@ -292,13 +292,26 @@ def _log_colours(fit: CycleFit, phase: FloatArray, sigma2: FloatArray, number: n
     return shrink * below, shrink * above
 
 
-def _staircase(amplitude: FloatArray, sigma2: FloatArray, quantum: float) -> FloatArray:
-    """Variance of the amplitude of a rounded sine: leading Bessel term of the staircase, blurred by noise."""
+def staircase(amplitude: FloatArray, sigma2: FloatArray, quantum: float) -> FloatArray:
+    """Variance of the amplitude of a rounded sine, (N,): leading Bessel term of the staircase, blurred by noise.
+
+    `sigma2` is the variance of single readings, their rounding included.
+    """
     if quantum == 0.0:
         return np.zeros_like(amplitude)
     steps = np.maximum(np.abs(amplitude) / quantum, 0.25)
     blur = np.exp(-4.0 * np.pi**2 * np.maximum(sigma2 / quantum**2 - 1.0 / 12.0, 0.0))
     return quantum**2 * blur * 2.0 / (np.pi**4 * steps)
+
+
+def misread(response: FloatArray, cycles: Cycles) -> float:
+    """What the steps of its readings, where no noise blurs them, leave the usual amplitude of a record off by at most.
+
+    Of itself; alike in cycles of one amplitude.
+    """
+    usual = float(np.median(cycles.amplitude))
+    variance = staircase(np.array([usual]), np.array([cycles.noise_sd**2]), quantum_of(response))
+    return float(np.sqrt(2.0 * variance[0])) / max(usual, np.finfo(float).tiny)
 
 
 def _oscillates(z: ComplexArray, phase: FloatArray, error: FloatArray) -> bool:

@@ -14,10 +14,12 @@ import numpy as np
 from scruton.arrays import BoolArray, ComplexArray, FloatArray
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Kind, Record
+from scruton.envelope.cycles import misread
 from scruton.envelope.flat_tops import cut_off_sides
 from scruton.envelope.lines import apart_from_mains, folded, harmonics
 from scruton.envelope.sampling import sampling
 from scruton.envelope.thresholds import (
+    COARSE,
     GAP,
     MODE_APART,
     MODE_DAMPING,
@@ -67,8 +69,13 @@ class Tracked:
 
     @property
     def tells_modes(self) -> bool:
-        """Whether other modes show in it: none in an amplitude, nor in what a filter has left of a motion."""
-        return not self.record.is_envelope and self.record.band is None
+        """Whether other modes show in it: none in an amplitude, nor in what a filter has left of a motion.
+
+        Nor in coarse steps: harmonics of a rounded sine come and go with its amplitude.
+        """
+        if self.record.is_envelope or self.record.band is not None:
+            return False
+        return misread(self.record.response, self.cycles) < COARSE
 
     @property
     def is_cut_off(self) -> bool:

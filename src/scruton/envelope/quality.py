@@ -10,6 +10,7 @@ from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Kind, Record
 from scruton.envelope import thresholds
 from scruton.envelope.clipping import CLIPPED
+from scruton.envelope.cycles import misread
 from scruton.envelope.lines import Line, second_line
 from scruton.envelope.relaxation import Relaxation, relaxation
 from scruton.envelope.ringdown import weighted_line
@@ -215,6 +216,16 @@ def _signal_remarks(record: Record, cycles: Cycles, line: Line | None, sample_ra
             record, "held",
             f"every reading stands for {held} samples, as a rule: the sensor is slower than the sampling, and late.",
             "every reading stands for {} samples, as a rule,", held, held,
+        )  # fmt: skip
+    if (off := misread(record.response, cycles)) > thresholds.COARSE:
+        step = quantum_of(record.response)
+        share, why = f"{step / np.median(cycles.amplitude):.0%} of the usual amplitude", "no noise blurs them enough"
+        yield Remark(
+            Severity.DOUBT, "steps", "record", record.name,
+            f"the readings come in steps of {step:.3g}, {share}, and {why}: amplitudes are off by up to {off:.0%}, "
+            "alike from cycle to cycle.",
+            f"the readings come in steps, and {why}: amplitudes are off by up to {{}} %, alike from cycle to cycle,",
+            100.0 * off, off / thresholds.COARSE,
         )  # fmt: skip
     if slip := phase_slip(cycles):
         why = "samples were lost, pieces were joined, or something struck"

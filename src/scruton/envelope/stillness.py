@@ -8,7 +8,7 @@ import numpy as np
 from scruton.arrays import BoolArray, FloatArray
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Campaign, Kind, Record, Rig
-from scruton.envelope.sampling import quantum_of, sines
+from scruton.envelope.sampling import quantum_of, sines, sines_through
 from scruton.envelope.thresholds import (
     AT_ONCE,
     AT_REST,
@@ -198,9 +198,8 @@ def _at_rest(amplitude: FloatArray) -> float:
 def _amplitudes(cycles: FloatArray, frequency: float) -> tuple[FloatArray, float]:
     """Amplitudes of cycles of samples, (K, n), at a frequency in cycles a sample, and the error of the first ones."""
     count = cycles.shape[1]
-    basis = sines(count, frequency)
-    fitted = cycles @ np.linalg.pinv(basis).T
-    left = cycles - fitted @ basis.T
+    fitted = sines_through(cycles, frequency)
+    left = cycles - fitted @ sines(count, frequency).T
     scatter = np.sqrt(np.sum(left**2, axis=1) / (count - 3))
     error = float(np.median(scatter[: 2 * LET_GO_OVER]) * np.sqrt(2.0 / count))
     return np.hypot(fitted[:, 1], fitted[:, 2]), error

@@ -80,6 +80,7 @@ DECAY_FROM, GROWTH_FROM = 1.5, 0.3
 RELAXATIONS = 3.0  # relaxation times below which the stable amplitude is an extrapolation: exp(-3) is 5 %
 OFFSET, MEAN_DRIFT = 0.1, 0.1  # of the largest amplitude: offset of a signal, and change of its mean over the record
 FREQUENCY_DRIFT = 0.01  # of the frequency: its range over the record
+COARSE = 0.01  # of the amplitude: what the steps of its readings leave it off by
 SECOND_LINE = 0.05  # of the height of the main line
 
 # Records against what is stated, and against each other.
