@@ -144,6 +144,23 @@ def test_a_drive_that_never_falls_below_a_part_is_whole_at_the_reference_amplitu
         np.testing.assert_allclose(found - whole, 0.005 * (drive - 1.0), atol=1e-12)
 
 
+@pytest.mark.parametrize("power", [0.3, 0.5, 1.0, 2.0, 2.6])
+def test_a_structural_damping_goes_as_any_power_of_the_amplitude(power):
+    a0, amplitudes = 0.05, np.linspace(0.005, 0.2, 40)
+    name, form = "structural_damping_nonlinearity", "as a power of A, in every rig alike"
+    found, without = _rates_with(name, form, {"size": 0.4, "power": power}, amplitudes)
+    rate = 0.4 * layout().reference_rate * (amplitudes / a0) ** power
+    np.testing.assert_allclose(without - found, rate * amplitudes, rtol=0.02)
+
+
+def test_friction_with_a_power_of_the_speed_never_damps_more_at_larger_amplitudes():
+    amplitudes = np.linspace(0.005, 0.2, 40)
+    form = "in every rig alike, with a power of the speed"
+    for power in (-0.5, 0.5, 1.5):
+        found, without = _rates_with("coulomb_friction", form, {"size": 0.4, "power": power}, amplitudes)
+        assert np.all(np.diff((without - found) / amplitudes) < 0.0), power
+
+
 def test_what_follows_the_reduced_velocity_bends_freely_where_there_are_more_than_three_tests():
     forms = [{v.form for v in CATALOGUE["reduced_velocity_drift"].variants(layout(rigs=rigs))} for rigs in (3, 4)]
     assert not any("freely" in form for form in forms[0])

@@ -110,9 +110,11 @@ def drift_of(a, lagged, x, w, wind, still, drive, force, hats, knots):  # type: 
     if x[_RISE, w] != 0.0:
         power = x[_POWER, w]
         knee, up = x[_KNEE, w], abs(a)
-        if power > 1.5:
+        if power == 2.0:
             knee, up = knee * knee, up * up
-        if power > 0.5:
+        elif power > 0.0 and power != 1.0:
+            knee, up = knee**power, up**power
+        if power > 0.0:
             share = up / (up + knee)
             steep = power * share * (1.0 - share)
         else:

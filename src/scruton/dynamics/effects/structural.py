@@ -28,13 +28,15 @@ _WIDTH = 0.003  # of the reference amplitude: below it friction sticks and acts 
 _ALIKE = "in every rig alike"
 _LARGER = 0.5  # prior odds that what is stated is the damping of a larger amplitude, over that of the smallest
 OF_LARGEST = "of the rig's largest amplitude"
+_STEEPEST = 0.8  # power of the speed of a force that is dry friction: a damping that rises with the amplitude is none
+_NEVER = 1e9  # of the reference amplitude: where what goes as a power of the amplitude levels off
 _LEVELS = Term.STRUCTURAL_RISE, Term.STRUCTURAL_KNEE, Term.STRUCTURAL_POWER
 
 
 def _rub(table: FloatArray, values: Values, layout: Layout) -> None:
     # Of one force over the mass: 2 F/(pi omega) is what it takes from the amplitude in unit time.
     rate = layout.reference_rate * layout.reference_omega / layout.omega
-    width, power = values.get("width", _WIDTH), values.get("power", 0.0)
+    width, power = values.get("width", _WIDTH), np.minimum(values.get("power", 0.0), _STEEPEST)
     add(table, Term.FRICTION, values["size"] * rate * layout.reference_amplitude ** (1.0 - power))
     table[:, :, Term.FRICTION_POWER] = np.where(values["size"] != 0.0, power, 0.0)
     if "hump" in values:
@@ -106,6 +108,13 @@ def _level_off(power: int, *, falls: bool = False) -> Apply:
     return apply
 
 
+def _as_power(table: FloatArray, values: Values, layout: Layout) -> None:
+    size, power = values["size"], np.where(values["size"] != 0.0, values["power"], 0.0)
+    add(table, Term.STRUCTURAL_RISE, size * layout.rate * _NEVER**power)
+    table[:, :, Term.STRUCTURAL_KNEE] = np.where(size != 0.0, _NEVER * layout.reference_amplitude, 0.0)
+    table[:, :, Term.STRUCTURAL_POWER] = power
+
+
 def _rate(table: FloatArray, amplitude: FloatArray) -> FloatArray:
     """Structural damping rate [1/s] of tables (W, R, COLUMNS) at amplitudes (W, R), without friction."""
     rise, knee, power = (table[:, :, term] for term in _LEVELS)
@@ -150,6 +159,9 @@ def _with_amplitude(layout: Layout) -> list[Variant]:
         "falling to nothing": _level_off(0, falls=True),
     }
     variants += [Variant(f"{form}, {{scope}}", (levels, knee), apply, everywhere, 0.2) for form, apply in forms.items()]
+    powers = tuple(float(np.log(power)) for power in (0.5, 1.5))
+    power = Parameter("power", 0.0, 0.5, everywhere.members, log=True, unit="power", starts=powers)
+    variants.append(Variant("as a power of A, {scope}", (levels, power), _as_power, everywhere, 0.2))
     variants.append(sized("as A and A^2, {scope}", both, everywhere, "linear", "square"))
     if layout.wind.all() or len(layout.unstated) == np.unique(layout.rig).size:
         return variants

@@ -108,7 +108,7 @@ class Term(IntEnum):
     TREND_DRIVE_ARCH = 52 + HATS, _RUN  # relative change of the drive alone in the middle of the record
     STRUCTURAL_RISE = 53 + HATS, _RIG  # s: damping rate s a^p/(a^p + a_s^p), which levels off [1/s]
     STRUCTURAL_KNEE = 54 + HATS, _RIG  # a_s
-    STRUCTURAL_POWER = 55 + HATS, _RIG  # p, that it begins as: 1 or 2; 0: s (1 - exp(-a/a_s))
+    STRUCTURAL_POWER = 55 + HATS, _RIG  # p, that it begins as; 0: s (1 - exp(-a/a_s))
     FRICTION_POWER = 56 + HATS, _RIG  # of the amplitude, that friction goes with: F is what it is at one
     LAW_POWER = 57 + HATS, _WIND  # k: growth k a^n at the rate of the amplitude [1/s per amplitude^n]
     LAW_EXPONENT = 58 + HATS, _WIND  # n
