@@ -7,11 +7,13 @@ import pytest
 
 from scruton.calibrate.challenge.case import simulate_case
 from scruton.campaign import load_campaign
+from scruton.campaign.quantity import Quantity
 from scruton.dynamics.cycles import ABSENT
 from scruton.envelope.inspection import SET_ASIDE
 from scruton.errors import InputError
 from scruton.gap.data import load_gap
 from scruton.gap.diagnose import examine, left_out_tests
+from scruton.gap.finding import place
 from scruton.infer.cards import load_card
 
 
@@ -42,13 +44,34 @@ def test_a_test_at_another_wind_speed_is_left_out_and_said_to_be(small_campaign)
     records = tuple(
         replace(record, name=f"slow-{record.name}", response=0.5 * record.response) for record in test.records
     )
-    slow = replace(test, name="slow", records=records, stable_amplitude=None)
+    wind = Quantity(0.9 * test.wind_speed.mean)
+    slow = replace(test, name="slow", wind_speed=wind, records=records, stable_amplitude=None)
     data = load_gap(replace(campaign, tests=(replace(test, stable_amplitude=None), slow)))
     assert not any(name.startswith("slow") for name in data.layout.records)
     (flag,) = left_out_tests(data)
     assert flag.startswith("Left out of the diagnosis: slow. ")
     assert f"the peak test alone is read ({test.name})" in flag
     assert "`scruton fit` gives every test parameters of its own" in flag
+
+
+def test_a_test_that_repeats_the_peak_test_is_read_with_it_and_said_to_be(small_campaign):
+    campaign = load_campaign(small_campaign)
+    (test,) = campaign.tests
+    records = tuple(replace(record, name=f"again-{record.name}") for record in test.records)
+    again = replace(test, name="again", records=records, peak=None, stable_amplitude=None)
+    data = load_gap(replace(campaign, tests=(replace(test, peak=True), again)))
+    in_wind = data.layout.wind
+    assert [name for name, wind in zip(data.layout.records, in_wind, strict=True) if wind] == [
+        record.name for record in (*test.records, *records)
+    ]
+    assert np.unique(data.layout.test[in_wind]).tolist() == [0]
+    assert data.at_other_speeds is None
+    (flag,) = left_out_tests(data)
+    assert flag.startswith(f"Tests of the same rig in the same wind as its peak test: again (of {test.name}). ")
+    own = place(data, data.layout.records.index(records[0].name), "damping", 1.0, 0.1, "")
+    assert own.test == "again"
+    for other in (replace(again, peak=False), replace(again, wind_speed=Quantity(1.02 * test.wind_speed.mean))):
+        assert not load_gap(replace(campaign, tests=(replace(test, peak=True), other))).repeats
 
 
 def test_what_a_record_says_against_what_is_stated_is_said_beside_the_verdict(small_campaign):

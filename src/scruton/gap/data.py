@@ -1,13 +1,12 @@
 """A campaign as diagnosis reads it: still air and the peak tests, the cycles of every record, what belongs to each."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.campaign import peak_tests
-from scruton.campaign.quantity import Quantity
 from scruton.campaign.remarks import Remark
 from scruton.campaign.schema import Campaign, Kind, Record
 from scruton.dynamics import Setting
@@ -21,6 +20,7 @@ from scruton.envelope.flat_tops import flat_top
 from scruton.envelope.harmonics import third_harmonic
 from scruton.envelope.types import OtherMode
 from scruton.errors import InputError
+from scruton.gap.stated import clear, damping_sd, rung_down
 from scruton.gap.thresholds import BESIDE_THIRD, BEYOND_PEAKS, DIES_OUT, FEWEST_OTHER_SPEEDS, KEPT_UP_BESIDE_THIRD
 from scruton.infer.cards import ModelCard, load_card
 from scruton.stats.priors import Prior
@@ -62,6 +62,8 @@ class GapData:
         The same with more records at the end: of tests at other speeds of its rigs, where the reduced velocity lies
         between those of the peak tests, or a tenth of their span beyond; all of them where a single rig was tested.
         None where there are none.
+    repeats : dict
+        Tests of the rig, and in the wind, of a peak test, as whose their records are read: their numbers, and its own.
     remarks : sequence of Remark
         What the records say against what is stated of them.
     modes : sequence of tuple of float
@@ -84,6 +86,7 @@ class GapData:
     cycles: Mapping[str, Cycles]
     priors: Mapping[str, Prior]
     at_other_speeds: "GapData | None" = None
+    repeats: Mapping[int, int] = field(default_factory=dict)
     remarks: Sequence[Remark] = ()
     modes: Sequence[tuple[float, float]] = ()
 
@@ -149,7 +152,8 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
 
 def _between_peaks(data: GapData, cycles: Mapping[str, Cycles]) -> set[int]:
     """Tests beside the peak tests whose reduced velocity lies between those, by number; all of a single rig."""
-    rest = [j for j, test in enumerate(data.campaign.tests) if test.records and j not in data.first_in_wind]
+    read = data.first_in_wind.keys() | data.repeats.keys()
+    rest = [j for j, test in enumerate(data.campaign.tests) if test.records and j not in read]
     if data.of_one_rig:  # fewer tell no law of the speed from what every speed has by its own
         return set(rest) if len(rest) >= FEWEST_OTHER_SPEEDS else set()
     speeds = data.layout.reduced_velocity[data.layout.wind]
@@ -158,6 +162,17 @@ def _between_peaks(data: GapData, cycles: Mapping[str, Cycles]) -> set[int]:
     reach = SAME_SPEED * float(speeds.max()) + BEYOND_PEAKS * float(np.ptp(speeds))
     low, high = float(speeds.min()) - reach, float(speeds.max()) + reach
     return {j for j in rest if low <= _in_wind(data.campaign, j, cycles)[1] <= high}
+
+
+def _repeats(campaign: Campaign, peaks: Sequence[int], cycles: Mapping[str, Cycles]) -> dict[int, int]:
+    """Tests that repeat one of the peak tests, the same rig in the same wind, by number, and which."""
+    found = {}
+    for j, test in enumerate(campaign.tests):
+        for peak in peaks if test.records and test.peak is not False and j not in peaks else ():
+            own, its = (np.array(_in_wind(campaign, k, cycles)[:2]) for k in (j, peak))
+            if test.rig == campaign.tests[peak].rig and np.all(np.abs(own - its) < SAME_SPEED * its):
+                found[j] = peak
+    return found
 
 
 def _assembled(
@@ -172,10 +187,12 @@ def _assembled(
     rigs, tests = (tuple(owner.name for owner in owners) for owners in (campaign.rigs, campaign.tests))
     entries = [(record, i, -1) for i, rig in enumerate(campaign.rigs) for record in rig.records]
     numbers = [j for j, name in enumerate(tests) if name in peaks]
+    again = _repeats(campaign, numbers, cycles)
     entries += [
         (record, rigs.index(campaign.tests[j].rig), j)
         for j in (*numbers, *sorted(others))
-        for record in campaign.tests[j].records
+        for k in (j, *(k for k, of in again.items() if of == j))
+        for record in campaign.tests[k].records
     ]
     if not entries:
         raise InputError(campaign.path, "", "no record in any rig or peak test", "records to diagnose")
@@ -185,7 +202,10 @@ def _assembled(
     omega = 2.0 * np.pi * np.array([campaign.rigs[i].frequency.mean for i in of_rig])
     stated = [rig.damping_ratio for rig in campaign.rigs]
     damping = np.array([ratio.mean if ratio else np.nan for ratio in stated])
-    nominal = _nominal(campaign, damping, cycles)[of_rig]
+    shown = np.array(
+        [rung_down([cycles[one.name] for one in rig.records], rig.frequency.mean) for rig in campaign.rigs]
+    )
+    nominal = np.where(np.isfinite(damping), damping, np.where(np.isfinite(shown), shown, _TYPICAL))[of_rig]
     in_wind = np.array([_in_wind(campaign, j, cycles, xi) for j, xi in zip(of_test, nominal, strict=True)])
     sc, speed, aero, drive, mass_sd = (column.copy() for column in in_wind.T)
     by_sc = sorted((r for j, r in _first_in_wind(of_test).items() if tests[j] in peaks), key=lambda r: sc[r])
@@ -199,7 +219,7 @@ def _assembled(
         stand = levels >= DIES_OUT * levels.max()
         base, reference, rate = middle, float(levels[k] if stand[k] else np.median(levels[stand])), 0.01
         aero, drive = aero / aero[middle], drive / drive[middle]
-    smallest = min(track.amplitude.min(where=_clear(track), initial=np.max(track.amplitude)) for track in demodulated)
+    smallest = min(track.amplitude.min(where=clear(track), initial=np.max(track.amplitude)) for track in demodulated)
     knots = np.linspace(np.log(max(smallest, largest.max() / 100.0)), np.log(largest.max()), HATS)
     layout = Layout(
         records=tuple(record.name for record in records),
@@ -229,34 +249,12 @@ def _assembled(
         drive_ratio=drive,
         mass_sd=mass_sd,
         damping=damping,
-        damping_sd=np.array([_damping_sd(ratio, card) for ratio in stated]),
+        damping_sd=damping_sd(stated, shown, card.damping_relative_sd),
         cycles=cycles,
         nominal_damping=nominal,
         priors=card.null_priors,
+        repeats=again,
     )
-
-
-def _damping_sd(stated: Quantity | None, card: ModelCard) -> float:
-    if stated is None:
-        return 1.0
-    return max(card.damping_relative_sd if stated.sd is None else stated.relative_sd, 1e-4)
-
-
-def _nominal(campaign: Campaign, stated: FloatArray, cycles: Mapping[str, Cycles]) -> FloatArray:
-    """Damping ratio of every rig as stated, else from its decays' first and last cycles, else a typical one."""
-    damping = stated.copy()
-    for i, rig in enumerate(campaign.rigs):
-        if np.isfinite(damping[i]):
-            continue
-        rates = []
-        for record in rig.records:
-            decay = cycles[record.name]
-            clear = _clear(decay)
-            if np.count_nonzero(clear) > 2:
-                t, a = decay.time[clear], decay.amplitude[clear]
-                rates.append(np.log(a[0] / a[-1]) / (t[-1] - t[0]) / (2.0 * np.pi * rig.frequency.mean))
-        damping[i] = max(float(np.median(rates)), 1e-5) if rates else _TYPICAL
-    return damping
 
 
 def _cut_off(records: list[Record], cycles: Mapping[str, Cycles]) -> dict[int, CutOff]:
@@ -274,18 +272,13 @@ def _cut_off(records: list[Record], cycles: Mapping[str, Cycles]) -> dict[int, C
     }
 
 
-def _clear(cycles: Cycles) -> np.ndarray:
-    """Which cycles' amplitudes can be told from noise."""
-    return np.asarray(cycles.amplitude > 5.0 * cycles.standard_error)
-
-
 def _moving(cycles: Cycles) -> Cycles:
     """The cycles up to rest, and as many of rest at most as of motion: a record may run on where friction has ended it.
 
     What is left there is the noise of the reading, of which no model of the motion has hundreds of cycles to explain.
     """
-    clear = np.flatnonzero(_clear(cycles))
-    return cycles.part(slice(0, 2 * (int(clear[-1]) + 1))) if clear.size else cycles
+    seen = np.flatnonzero(clear(cycles))
+    return cycles.part(slice(0, 2 * (int(seen[-1]) + 1))) if seen.size else cycles
 
 
 def settled_end(cycles: Cycles) -> float:

@@ -121,8 +121,9 @@ def left_out_tests(data: GapData) -> list[str]:
     numbers = [(j, test.name) for j, test in enumerate(data.campaign.tests) if test.records]
     asked = data.first_in_wind if data.at_other_speeds is None else data.at_other_speeds.first_in_wind
     read = [name for j, name in numbers if j in data.first_in_wind]
+    again = {name: data.tests[data.repeats[j]] for j, name in numbers if j in data.repeats}
     speeds = [name for j, name in numbers if j in asked and j not in data.first_in_wind]
-    left_out = [name for j, name in numbers if j not in asked]
+    left_out = [name for j, name in numbers if j not in asked and name not in again]
     of_rigs = {test.rig for j, test in enumerate(data.campaign.tests) if j in data.first_in_wind}
     said = []
     if len(of_rigs) < len(read):
@@ -130,6 +131,12 @@ def left_out_tests(data: GapData) -> list[str]:
             f"Tests at several speeds of a rig: {', '.join(read)}. They are read together, for one pair of aerodynamic "
             "parameters, or one that changes smoothly with the reduced velocity, holds for all of them; the Griffin "
             "curve of `scruton fit` is that of the peak alone."
+        )
+    if again:
+        pairs = ", ".join(f"{name} (of {of})" for name, of in again.items())
+        said.append(
+            f"Tests of the same rig in the same wind as its peak test: {pairs}. Their records are read as that test's "
+            "own; in `campaign.toml` they may stand in one test, whose amplitude all of them then tell."
         )
     if speeds:
         said.append(

@@ -49,11 +49,11 @@ class Finding:
 def place(data: GapData, number: int, quantity: str, value: float, sd: float, detail: str, **fields: Any) -> Finding:
     """A finding in the record of a number, over all of its amplitudes and time, unless `fields` say otherwise."""
     layout = data.layout
-    test = int(layout.test[number])
+    name = layout.records[number]
     usual = {
         "rig": data.rigs[layout.rig[number]],
-        "test": data.tests[test] if test >= 0 else None,
-        "record": layout.records[number],
+        "test": next((test.name for test in data.campaign.tests if name in [one.name for one in test.records]), None),
+        "record": name,
         "amplitude": amplitudes_of(data, np.arange(len(layout.records)) == number),
         "time": time_of(data, number),
         "excess": float(value),
