@@ -60,13 +60,12 @@ def _friction(layout: Layout) -> list[Variant]:
     }
     variants = [sized("{scope}", _rub, scope, positive=True) for scope in scopes(layout, sudden)]
     slow = {Extent.EVERYWHERE: (0.5, "in every rig"), Extent.ONE_RIG: (0.5, "in one rig")}
-    presliding = slow | {Extent.ALL_RIGS_BUT_ONE: (0.5, "in all rigs but one")}
     alone = layout.wind.all()  # where nothing tells friction from what the air does it has few forms of its own
-    if not alone:
-        presliding[Extent.EACH_RIG] = (0.3, "in every rig, each its own")
+    own = {} if alone else {Extent.EACH_RIG: (0.3, "in every rig, each its own")}
+    presliding = slow | {Extent.ALL_RIGS_BUT_ONE: (0.5, "in all rigs but one")} | own
     centre = float(np.log(0.05))
     # Below its width it acts like oil, or, as Dahl's, like a spring, which the frequency shows.
-    forms = (("smooth where it is slow, {scope}", _rub, slow), ("with presliding, {scope}", _stick, presliding))
+    forms = (("smooth where it is slow, {scope}", _rub, slow | own), ("with presliding, {scope}", _stick, presliding))
     for form, apply, shares in forms:
         for scope in scopes(layout, shares):
             shared = layout.only(scope.records)
