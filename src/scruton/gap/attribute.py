@@ -24,6 +24,7 @@ from scruton.gap.thresholds import (
     MOST_FITS,
     NOTICED,
     QUICK_FITS,
+    READING_SHARE,
     REFINED_NATS,
     REPEATS,
 )
@@ -89,11 +90,12 @@ def weigh(
             test.variant.effect: fit.log_evidence - base.log_evidence for test, fit in zip(chosen, found, strict=True)
         }
         others = []
-        for first, *ranked in filter(None, promising):
+        for effect, (first, *ranked) in ((one, tests) for one, tests in zip(effects, promising, strict=True) if tests):
+            share = READING_SHARE if effect.channel == "signal" else FIT_SHARE
             gained = kept[first.variant.effect]
             least, most = sorted(max(gain, 0.0) for gain in (first.gain, gained))
             # what is scanned for promises the less the more of it noise has taken up: the others as the first one
-            off = max(FIT_SHARE * most, gained - first.gain) if first.variant.scan else FIT_SHARE * most
+            off = max(share * most, gained - first.gain) if first.variant.scan else share * most
             needed = max(least - FIT_WITHIN, HOPELESS) - off
             others += [test for test in ranked if test.gain >= needed]
         if known is not None and known.variant is not None:

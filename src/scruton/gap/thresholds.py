@@ -99,6 +99,7 @@ QUICK_FITS = 2  # likewise, of those that might join or take a place: the score 
 # Nats behind the first variant of its effect, by what that promised or kept if less, at which another is still fitted.
 FIT_WITHIN = 6.0
 FIT_SHARE = 0.4  # of the larger of the two, added to it, for score tests hold to second order
+READING_SHARE = 0.8  # the same of what a sensor does to its reading, which all else has to follow
 REFINED_NATS = 20.0  # that a form gains, from which what refines it is fitted whatever it promises
 HOPELESS = -1.0  # nats: score tests below are taken at their word
 MOST_DETUNING = 0.2  # of the frequency, to which a force off the response is sought
