@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from math import comb
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,7 +13,8 @@ import pytest
 from scruton.calibrate.challenge import scenarios
 from scruton.calibrate.challenge.case import simulate_case
 from scruton.calibrate.challenge.sections import Body
-from scruton.campaign.schema import Campaign
+from scruton.campaign import load_campaign
+from scruton.campaign.schema import Campaign, Record
 from scruton.dynamics.effect_drift import effect_drift
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Term
 from scruton.dynamics.effects.effect import FREQUENCY, REPEATED, Extent, Parameter, size_prior
@@ -26,7 +28,7 @@ from scruton.gap.diagnosis import _in_its_place, _judged, _preferred, _refuted, 
 from scruton.gap.further_record import FurtherRecord, in_layout_of, with_record
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.locate import scope_findings
-from scruton.gap.screen import Screen, _in_some, _in_some_alike
+from scruton.gap.screen import ScoreTest, Screen, _in_some, _in_some_alike
 from scruton.gap.search import Place
 from scruton.gap.thresholds import NOTICED, QUICK_FITS
 
@@ -106,6 +108,33 @@ def test_what_refines_the_best_form_is_fitted_whatever_it_promises(monkeypatch) 
     assert variant.form == f"{variant.refines}, more or less sharply"
     sharpness = np.exp(best.value("sharpness", 0)[0])
     assert sharpness == pytest.approx(4.5, rel=0.2)
+
+
+def test_a_range_that_ends_gently_is_found_where_a_hard_end_of_one_side_promises_more(
+    small_campaign: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All else follows a sensor: what gained 2,436 nats promised 306, where a hard end of one side promised 746."""
+    campaign = load_campaign(small_campaign)
+    (test,) = campaign.tests
+    top = max(float(np.max(np.abs(record.response))) for record in test.records) * (0.7**-4 - 1.0) ** -0.25
+
+    def saturated(record: Record) -> Record:
+        return replace(record, response=record.response / (1.0 + (record.response / top) ** 4) ** 0.25)
+
+    promising = attribute._promising
+
+    def a_quarter(tests: Sequence[ScoreTest], most: int) -> list[ScoreTest]:
+        first, *others = promising(tests, most)
+        assert first.variant.label == "one-sided hard saturation of every channel"
+        return [first, *(other._replace(gain=0.25 * first.gain) for other in others)]
+
+    monkeypatch.setattr(attribute, "_promising", a_quarter)
+    (rig,) = campaign.rigs
+    rig, test = (replace(one, records=tuple(map(saturated, one.records))) for one in (rig, test))
+    _, null = fit_null(load_gap(replace(campaign, rigs=(rig,), tests=(test,))))
+    best = weigh(null, [CATALOGUE["sensor_clipping"]])["sensor_clipping"].best
+    assert best is not None
+    assert best.hypothesis.variants[-1].label == "rounded saturation of every channel, more or less sharply"
 
 
 def test_a_force_whose_beats_gusts_follow_is_found() -> None:
