@@ -84,7 +84,9 @@ def written_here(effect: Effect) -> Effect:
         everywhere = Scope(Extent.EVERYWHERE, layout.everywhere(), "in every rig alike")
         pair = tuple(size_prior(name, everywhere.members) for name in ("linear", "square"))
         others = [
-            replace(one, effect="") for one in effect.variants(layout) if "knee" in {p.name for p in one.parameters}
+            replace(one, effect="")
+            for one in effect.variants(layout)
+            if {"knee", "power"} & {p.name for p in one.parameters}
         ]
         return [*found, *others, Variant("as A and A^2, {scope}", pair, both, everywhere, 0.7)]
 
