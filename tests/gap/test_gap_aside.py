@@ -74,6 +74,14 @@ def test_a_test_that_repeats_the_peak_test_is_read_with_it_and_said_to_be(small_
         assert not load_gap(replace(campaign, tests=(replace(test, peak=True), other))).repeats
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_peak_test_without_records_has_nothing_that_repeats_it(small_campaign):
+    campaign = load_campaign(small_campaign)
+    (test,) = campaign.tests
+    bare = replace(test, name="stated alone", records=(), peak=True, stable_amplitude=Quantity(0.05))
+    assert not load_gap(replace(campaign, tests=(bare, replace(test, peak=None)))).repeats
+
+
 def test_what_a_record_says_against_what_is_stated_is_said_beside_the_verdict(small_campaign):
     """A clock 10 % fast changes every rate of a record; `check` warned of it, and a diagnosis said "no gap" alone."""
     campaign = load_campaign(small_campaign)

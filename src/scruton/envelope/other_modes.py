@@ -67,7 +67,7 @@ class Tracked:
         """What the record holds beside its motion; None of one that is too short."""
         return rest_of(self.record, self.cycles)
 
-    @property
+    @cached_property
     def tells_modes(self) -> bool:
         """Whether other modes show in it: none in an amplitude, nor in what a filter has left of a motion.
 

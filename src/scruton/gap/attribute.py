@@ -90,7 +90,10 @@ def weigh(
             test.variant.effect: fit.log_evidence - base.log_evidence for test, fit in zip(chosen, found, strict=True)
         }
         others = []
-        for effect, (first, *ranked) in ((one, tests) for one, tests in zip(effects, promising, strict=True) if tests):
+        for effect, tests in zip(effects, promising, strict=True):
+            if not tests:
+                continue
+            first, *ranked = tests
             share = READING_SHARE if effect.channel == "signal" else FIT_SHARE
             gained = kept[first.variant.effect]
             least, most = sorted(max(gain, 0.0) for gain in (first.gain, gained))

@@ -166,11 +166,13 @@ def _between_peaks(data: GapData, cycles: Mapping[str, Cycles]) -> set[int]:
 
 def _repeats(campaign: Campaign, peaks: Sequence[int], cycles: Mapping[str, Cycles]) -> dict[int, int]:
     """Tests that repeat one of the peak tests, the same rig in the same wind, by number, and which."""
+    of_rig = {campaign.tests[j].rig: j for j in peaks if campaign.tests[j].records}
     found = {}
     for j, test in enumerate(campaign.tests):
-        for peak in peaks if test.records and test.peak is not False and j not in peaks else ():
+        peak = of_rig.get(test.rig, j)
+        if peak != j and test.records and test.peak is not False:
             own, its = (np.array(_in_wind(campaign, k, cycles)[:2]) for k in (j, peak))
-            if test.rig == campaign.tests[peak].rig and np.all(np.abs(own - its) < SAME_SPEED * its):
+            if np.all(np.abs(own - its) < SAME_SPEED * its):
                 found[j] = peak
     return found
 

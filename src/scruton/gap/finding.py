@@ -52,7 +52,7 @@ def place(data: GapData, number: int, quantity: str, value: float, sd: float, de
     name = layout.records[number]
     usual = {
         "rig": data.rigs[layout.rig[number]],
-        "test": next((test.name for test in data.campaign.tests if name in [one.name for one in test.records]), None),
+        "test": next((of.name for one, _, of in data.campaign.records() if of is not None and one.name == name), None),
         "record": name,
         "amplitude": amplitudes_of(data, np.arange(len(layout.records)) == number),
         "time": time_of(data, number),

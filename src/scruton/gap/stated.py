@@ -17,12 +17,14 @@ def damping_sd(stated: Sequence[Quantity | None], shown: FloatArray, usual: floa
     Where a statement has none of its own it is the `usual` one of the model card, or less: what the ring-downs of the
     other rigs, `shown` (rigs,), have the statements of this laboratory be off by.
     """
-    bare = [ratio is not None and ratio.sd is None for ratio in stated]
-    off = np.array([at / ratio.mean - 1.0 if ratio else np.nan for ratio, at in zip(stated, shown, strict=True)])
+    off = np.full(len(stated), np.nan)
+    for i, ratio in enumerate(stated):
+        if ratio is not None and ratio.sd is None:
+            off[i] = shown[i] / ratio.mean - 1.0
     found = np.ones(len(stated))
     for i, ratio in enumerate(stated):
-        others = np.array([off[k] for k in range(len(stated)) if k != i and bare[k] and np.isfinite(off[k])])
-        proved = np.sqrt((_CARD * usual**2 + np.sum(others**2)) / (_CARD + others.size))
+        others = np.delete(off, i)
+        proved = np.sqrt((_CARD * usual**2 + np.nansum(others**2)) / (_CARD + np.count_nonzero(np.isfinite(others))))
         if ratio is not None:
             found[i] = max(min(usual, float(proved)) if ratio.sd is None else ratio.relative_sd, 1e-4)
     return found

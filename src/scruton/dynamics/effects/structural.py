@@ -95,23 +95,28 @@ def _friction(layout: Layout) -> list[Variant]:
     return variants
 
 
+def _rising(
+    table: FloatArray, layout: Layout, rise: FloatArray, knee: FloatArray | float, power: FloatArray | float
+) -> None:
+    """Damping that rises as a power of the amplitude to a knee, in parts of the reference amplitude."""
+    add(table, Term.STRUCTURAL_RISE, rise * layout.rate)
+    table[:, :, Term.STRUCTURAL_KNEE] = np.where(rise != 0.0, knee * layout.reference_amplitude, 0.0)
+    table[:, :, Term.STRUCTURAL_POWER] = np.where(rise != 0.0, power, 0.0)
+
+
 def _level_off(power: int, *, falls: bool = False) -> Apply:
     def apply(table: FloatArray, values: Values, layout: Layout) -> None:
         size = values["size"]
-        add(table, Term.STRUCTURAL_RISE, (-size if falls else size) * layout.rate)
+        _rising(table, layout, -size if falls else size, values["knee"], power)
         if falls:
             add(table, Term.STRUCTURAL, size * layout.rate)
-        table[:, :, Term.STRUCTURAL_KNEE] = np.where(size != 0.0, values["knee"] * layout.reference_amplitude, 0.0)
-        table[:, :, Term.STRUCTURAL_POWER] = np.where(size != 0.0, power, 0.0)
 
     return apply
 
 
 def _as_power(table: FloatArray, values: Values, layout: Layout) -> None:
-    size, power = values["size"], np.where(values["size"] != 0.0, values["power"], 0.0)
-    add(table, Term.STRUCTURAL_RISE, size * layout.rate * _NEVER**power)
-    table[:, :, Term.STRUCTURAL_KNEE] = np.where(size != 0.0, _NEVER * layout.reference_amplitude, 0.0)
-    table[:, :, Term.STRUCTURAL_POWER] = power
+    power = values["power"]
+    _rising(table, layout, values["size"] * _NEVER**power, _NEVER, power)
 
 
 def _rate(table: FloatArray, amplitude: FloatArray) -> FloatArray:
