@@ -11,9 +11,9 @@ from scruton.calibrate.challenge.case import simulate_case
 from scruton.dynamics.effects import CATALOGUE
 from scruton.dynamics.limit_cycle import amplitude_rates
 from scruton.gap.data import load_gap
-from scruton.gap.diagnosis import Diagnosis, diagnose, fit_null, unexplained_lines
+from scruton.gap.diagnosis import Diagnosis, diagnose, fit_null
 from scruton.gap.finding import Z90, Finding
-from scruton.gap.lines import SecondLine
+from scruton.gap.lines import SecondLine, unexplained_lines
 from scruton.gap.locate import locate, merged, scope_findings
 from scruton.gap.locate_curves import DECAY, GROWTH, STILL, Curve, curve_findings, excess_curves
 from scruton.gap.locate_records import CONTRASTS, _bursts, _colour, _tails, line_findings, wave_findings

@@ -117,7 +117,7 @@ def test_an_unknown_cause_widens_the_bands_and_says_so(jumped: dict[str, Any]) -
     meaning = jumped["meaning"]
     assert meaning["amplitude_change"] >= 0.0
     assert "It has no equation" in meaning["text"]
-    assert "--effect auto" in meaning["text"]
+    assert "`scruton fit CAMPAIGN --effect auto`, or `scruton report`, puts it in; " in meaning["text"]
 
 
 @pytest.mark.thorough

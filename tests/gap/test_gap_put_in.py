@@ -8,7 +8,7 @@ from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import fit_null
 from scruton.gap.meaning import meaning
 from scruton.report.chapters.gap import gap_chapter, gap_summary
-from scruton.report.chapters.gap_words import contained_sentence
+from scruton.report.chapters.gap_words import carried_sentence, contained_sentence
 from scruton.report.chapters.material import Material
 from scruton.report.render_text import render_text
 from tests.report.fake_parts import GAP as MADE_UP
@@ -61,6 +61,23 @@ def test_of_a_pair_the_report_says_which_of_both_its_numbers_contain() -> None:
     said = contained_sentence(unsure, carried("coulomb_friction", "stiffness_nonlinearity"))
     assert said.startswith("The numbers of this report contain the first of these and what stands beside it. ")
     assert "and not “frequency varies" in contained_sentence(pair, carried("coulomb_friction"))
+
+
+def test_a_fit_says_what_it_puts_in_and_how_sure_that_is() -> None:
+    entry = {"asked": "auto", "used": "coulomb_friction", "also": [], "probability": 0.93}
+    said = "Predictions contain “dry friction”: the probability is 0.93."
+    assert carried_sentence({"effect": entry}) == said
+    unsure = "the probability is 0.55, which is not settled; the same command without `--effect` takes it out."
+    assert (
+        carried_sentence({"effect": entry | {"probability": 0.55}}) == f"Predictions contain “dry friction”: {unsure}"
+    )
+    asked = entry | {"asked": "coulomb_friction", "also": ["fluid_memory"], "probability": 0.03}
+    assert carried_sentence({"effect": asked}).startswith(
+        "Predictions contain “dry friction” and “the wake lags”, as was asked: the probability of the first is 0.030, "
+    )
+    none = {"asked": "auto", "used": "none", "also": [], "probability": 0.9}
+    assert carried_sentence({"effect": none}) == "The diagnosis found no gap: predictions contain no effect."
+    assert carried_sentence({}) == ""
 
 
 def test_where_there_is_no_gap_nothing_is_to_be_put_in() -> None:

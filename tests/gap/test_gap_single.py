@@ -8,7 +8,9 @@ from typing import Any
 import pytest
 
 from scruton.cli import main
+from scruton.report.chapters.gap_tables import held_out_table
 from scruton.report.chapters.gap_words import shrink_sentence
+from scruton.report.wording import TERMINAL
 from scruton.simulate import write_campaign
 
 HEAD = """
@@ -151,9 +153,47 @@ def test_the_sentence_says_what_is_not_known() -> None:
     assert shrink_sentence(small) == (
         "The gap in the amplitudes of the cycles is too small to measure how far it shrinks."
     )
+    head = {"tests": 3, "amplitude_before": 0.051, "amplitude_after": 0.129, "amplitude_worse": 2,
+            "damping_before": 0.072, "damping_after": 0.19, "damping_worse": 0}  # fmt: skip
+    known = small | {"headline": head, "held_out": {"fraction": None, "interval90": None}}
+    off = (
+        "Of tests left out in turn, the stable amplitude is off by 5.1 % (median) before and 13 % after, made worse in "
+        "2 of 3; the damping curve by 7.2 % and 19 % of the relaxation damping. The gap in the amplitudes of the "
+        "cycles is too small to measure how far it shrinks"
+    )
+    assert shrink_sentence(known) == f"{off}.", "what a user predicts first is told whatever the density tells"
+    rival = {"runner_up": {"effect": "fluid_memory", "fraction": None, "amplitude_error": 0.058}}
+    assert shrink_sentence(known | rival) == (
+        f"{off}. Of records held out the verdict is not the best account: the runner-up (the wake lags) would leave "
+        "the stable amplitude off by 5.8 % only."
+    )
+    far = {"runner_up": {"effect": "fluid_memory", "fraction": None, "amplitude_error": 0.16}}
+    assert shrink_sentence(known | far).endswith(
+        "; the runner-up (the wake lags) would leave the stable amplitude off by 16 %."
+    )
     one_out = alone | {"interval90": [0.8, 0.95], "held_out": {"fraction": 0.7, "interval90": None}}
     assert shrink_sentence(one_out) == (
         "Put into the model, it closes 90 % (90 % interval 80 % to 95 %) of the gap on the records used, and 70 % "
         "(a single record: no interval) on records held out."
     )
     assert shrink_sentence({}) == ""
+
+
+@pytest.mark.parametrize(
+    ("head", "words"),
+    [
+        ({"tests": 3, "amplitude_before": 0.051, "damping_before": 0.07},
+         " Of tests left out in turn, the stable amplitude is off by 5.1 % (median) and the damping curve by 7.0 % of "
+         "the relaxation damping."),
+        ({"test": "light", "records": 2, "damping_before": 0.07},
+         " Of the records of light left out in turn, the damping curve is off by 7.0 % of the relaxation damping."),
+        ({"records": 2, "damping_before": 0.07},
+         " Of records left out in turn, the damping curve is off by 7.0 % of the structural damping."),
+        ({"records": 1, "damping_before": None}, ""),
+        (None, ""),
+    ],
+)  # fmt: skip
+def test_where_nothing_can_be_put_in_there_is_no_after(head: dict[str, object] | None, words: str) -> None:
+    entry = {"measurable": False, "put_in": False, "headline": head, "held_out": None, "fraction": None}
+    assert shrink_sentence(entry) == f"There is nothing that could be put into the model.{words}"
+    assert not held_out_table({"shrink": entry}, TERMINAL, "A/D").rows

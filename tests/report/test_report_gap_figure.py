@@ -18,6 +18,7 @@ from scruton.gap.locate_curves import excess_curves
 from scruton.report.chapters.gap_words import shrink_sentence
 from scruton.report.figures import save
 from scruton.report.figures.gap import gap_figure
+from scruton.report.verdict import conclusion
 
 
 @pytest.fixture(scope="module")
@@ -116,6 +117,21 @@ def test_how_large_it_is_stands_under_the_title(clipped: tuple[Diagnosis, tuple[
     assert "relative error of the reading at the largest amplitude" in line
     without = gap_figure(diagnosis, ()).figure.subfigs[0].get_suptitle()
     assert "saturation" in without, "a parameter, with its form, where no place tells"
+
+
+@pytest.mark.thorough
+def test_the_title_is_settled_where_the_sentence_is(clipped: tuple[Diagnosis, tuple[Finding, ...]]) -> None:
+    """A verdict of 0.85 that nothing tells from another was bold and settled above the picture, and not below it."""
+    diagnosis, findings = clipped
+    alike = (diagnosis.verdict, "coulomb_friction")
+    for groups, settled in ((), True), ((alike,), False):
+        title = gap_figure(diagnosis, findings, groups=groups).figure.get_suptitle()
+        said = {"verdict": diagnosis.verdict, "also": (), "probability": diagnosis.probability,
+                "indistinguishable": groups}  # fmt: skip
+        assert title.startswith("Not settled: ") != settled
+        assert title.replace("\n", " ").lower() == conclusion(
+            said, lambda name: name.replace("_", " ")
+        ).lower().replace("none", "no gap")
 
 
 @pytest.mark.thorough

@@ -89,6 +89,25 @@ def test_a_diagnosis_of_other_records_is_refused(results, capsys):
     assert "a diagnosis of another" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("where", ["gap.json", "gap/gap.json"])
+def test_a_prediction_says_whether_it_contains_what_was_found(results, capsys, where):
+    folder, summary = results
+    (folder / where).parent.mkdir(exist_ok=True)
+    meaning = {"command": "--effect auto", "moves": "It moves by 5 %.", "remarks": [], "text": ""}
+    found = GAP | {"format": 1, "indistinguishable": [], "meaning": meaning}
+    origin = summary["provenance"]["sha256"]
+    write_document(folder / where, found | {"provenance": {"sha256": origin}})
+    assert main(["predict", str(folder), "--sc", "30"]) in (0, 1)
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Diagnosis: The null model and the records part. What explains it: dry friction" in said
+    assert said.endswith("These numbers do not contain it: `--effect auto` puts it in. It moves by 5 %.")
+    main(["predict", str(folder), "--sc", "30", "--json"])
+    assert set(json.loads(capsys.readouterr().out)) == {"predictions"}
+    write_document(folder / where, found | {"provenance": {"sha256": dict.fromkeys(origin, "00" * 32)}})
+    assert main(["predict", str(folder), "--sc", "30"]) in (0, 1), "one of other records is no matter of a prediction"
+    assert "Diagnosis" not in capsys.readouterr().out
+
+
 def test_a_sizing_from_another_fit_is_refused(results, capsys):
     folder, _ = results
     write_document(folder / "sizing.json", sizing() | {"format": 1, "provenance": {"fit_sha256": {}}})

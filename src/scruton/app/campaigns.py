@@ -96,7 +96,8 @@ def diagnose(arguments: Namespace) -> Outcome:
         diagnosis, content, findings, curves = examine(
             campaign, card, workers=arguments.jobs, thorough=thorough, design_sc=arguments.sc, progress=work.bar
         )
-        pictures = save(gap_figure(diagnosis, findings, curves).figure, work.new, "gap", formats=("svg", "png"))
+        drawing = gap_figure(diagnosis, findings, curves, groups=content["indistinguishable"]).figure
+        pictures = save(drawing, work.new, "gap", formats=("svg", "png"))
         work.write(RESULT, content)
         paths = work.published([work.new / RESULT, *pictures])
         with conventions(campaign):

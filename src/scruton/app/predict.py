@@ -43,11 +43,26 @@ def predict(arguments: Namespace) -> Outcome:
     predictions = [predict(tree, scruton_number=sc, **common) for sc in arguments.sc]
     predictions += [predict(tree, damping_ratio=parse_damping(damping), **common) for damping in arguments.damping]
     content = {"predictions": [prediction.to_json() for prediction in predictions]}
-    text = render_text(prediction_summary(predictions, summary), line_width())
+    text = "\n\n".join(
+        [render_text(prediction_summary(predictions, summary), line_width()), *_of_the_gap(results, summary)]
+    )
     if summary["converged"]:
         return Outcome(text, content=content)
     remarks = [f"the fit did not converge: {', '.join(unconverged(tree))}"] if arguments.json or arguments.quiet else []
     return Outcome(text, remarks=remarks, code=NOT_TRUSTED, content=content)
+
+
+def _of_the_gap(results: Path, summary: dict[str, Any]) -> list[str]:
+    """What a diagnosis of the fit, in its folder or put into it, means for the numbers above; rendered, if any."""
+    from scruton.gap.results import RESULT
+
+    if not summary.get("effect") and not any((place / RESULT).is_file() for place in (results, results / "gap")):
+        return []
+    from scruton.report.document import paragraph
+    from scruton.report.saved import said_of_the_gap  # it takes its time to come
+
+    said = said_of_the_gap(results, summary, "These numbers")
+    return [render_text([paragraph(said)], line_width())] if said else []
 
 
 def read_fit(results: Path, effect: str | None, wanted: str) -> "Fitted":
@@ -103,7 +118,11 @@ def size(arguments: Namespace) -> Outcome:
             written += write_sizing(work, content, part)
         paths = work.published(written)
     told = [*map(sizing_summary, contents), both_blocks(contents[0], "", as_fraction, TERMINAL)]
-    text = "\n\n".join(filter(None, (render_text(blocks, line_width()) for blocks in told)))
+    rendered = [render_text(blocks, line_width()) for blocks in told]
+    of_gaps = [
+        said for results, (_, summary) in zip(folders, fits, strict=True) for said in _of_the_gap(results, summary)
+    ]
+    text = "\n\n".join(filter(None, [*rendered, *of_gaps]))
     untrusted = any(content["unconverged"] for content in contents)
     return Outcome(text, paths, code=NOT_TRUSTED if untrusted else DONE)
 

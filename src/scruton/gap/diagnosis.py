@@ -17,7 +17,7 @@ from scruton.gap.contradictions import Contradiction, contradictions, creeping, 
 from scruton.gap.data import GapData, load_gap
 from scruton.gap.held_out import predicts_better
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
-from scruton.gap.lines import SecondLine, second_lines
+from scruton.gap.lines import SecondLine, detuned_by, second_lines, unexplained_lines
 from scruton.gap.null_model import null_model
 from scruton.gap.probability import probabilities
 from scruton.gap.search import Place, beside_unknown, left_by, search, slack_of_further
@@ -213,8 +213,7 @@ def diagnose_data(
         reported = places
     first, *others = reported if top == UNKNOWN else places if top != NONE else [Place(null, singles)]
     final = first.candidates[top].best if top != NONE else null
-    # a generic term that gains nothing says nothing of the unknown
-    if final is None or (top == UNKNOWN and final.log_evidence <= first.base.log_evidence):
+    if final is None or (top == UNKNOWN and _says_nothing(first, gains[UNKNOWN])):
         final = first.base
     further = {place.best.name: place for place in others if place.best.name != top}
     checks.setdefault(top, check(final))
@@ -337,6 +336,15 @@ def _preferred(gains: Mapping[str, float]) -> dict[str, float]:
     return found
 
 
+def _says_nothing(place: Place, weight: float) -> bool:
+    """Whether the generic term gains nothing, or so little that the unknown has its weight from a line, or a clock.
+
+    Then what it would put into the model is no part of the cause.
+    """
+    gain = place.candidates[UNKNOWN].log_evidence - place.base.log_evidence
+    return gain <= 0.0 or gain < min(thresholds.UNKNOWN_NATS, weight)
+
+
 def _earned(leader: FittedHypothesis, best: Candidate, unknown: Candidate, gain: float, workers: int) -> bool:
     """Whether the unknown may lead: with more evidence than the catalogue, and no worse on records held out.
 
@@ -363,31 +371,11 @@ def _explained(base: FittedHypothesis, leader: FittedHypothesis) -> float:
     return 0.5 * (chi[0] - chi[1])
 
 
-def unexplained_lines(lines: Sequence[SecondLine], names: Sequence[str], data: GapData) -> list[SecondLine]:
-    """Lines beside the response, beyond chance, that none of the effects that are named brings; strongest first."""
-    still = {name for name, wind in zip(data.layout.records, data.layout.wind, strict=True) if not wind}
-    # Of a force off the response such lines are the signature, as near as one is sought: what stands in still air or
-    # further off is another mode, or hum.
-    forced = any(CATALOGUE[name].channel == "spectrum" for name in names)
-    strong = sorted((one for one in lines if one.ratio > thresholds.LINE_NATS), key=lambda one: -one.ratio)
-    return [line for line in strong if not forced or line.record in still or _far_off(line, data)]
-
-
 def _beats_in_still_air(unexplained: Sequence[SecondLine], forced: FittedHypothesis) -> bool:
     """Whether a line stands in still air where a force off the response is found in the wind."""
     data, rates = forced.hypothesis.data, forced.table[:, Term.FORCE_RATE]
     detuning = (rates / data.layout.omega)[rates != 0.0]
-    return any(bool(np.any(np.abs(detuning - _off(line, data)) < thresholds.SAME_LINE)) for line in unexplained)
-
-
-def _off(line: SecondLine, data: GapData) -> float:
-    """How far a line is off the response, relative to it."""
-    return line.frequency / data.cycles[line.record].reference_frequency - 1.0
-
-
-def _far_off(line: SecondLine, data: GapData) -> bool:
-    """Whether a line is further from the response than a force that beats with it is sought."""
-    return abs(_off(line, data)) > thresholds.MOST_DETUNING + thresholds.DETUNING_MARGIN
+    return any(bool(np.any(np.abs(detuning - detuned_by(line, data)) < thresholds.SAME_LINE)) for line in unexplained)
 
 
 def _groups(gains: Mapping[str, float], verdict: str) -> tuple[tuple[str, ...], ...]:

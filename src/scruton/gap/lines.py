@@ -10,10 +10,23 @@ from scipy.ndimage import median_filter
 
 from scruton.arrays import BoolArray, FloatArray
 from scruton.campaign.schema import Campaign, Kind, Record
+from scruton.dynamics.effects import CATALOGUE
 from scruton.envelope import Cycles
 from scruton.envelope.lines import apart_from_folded, apart_from_mains, harmonics
 from scruton.envelope.types import OtherMode
-from scruton.gap.thresholds import BEAT_SIZE, FEWEST_BEATING, LINE_SIZE, NEAREST, ONE_SIDED, SAME_LINE, SMOOTH_DEGREE
+from scruton.gap.data import GapData
+from scruton.gap.thresholds import (
+    BEAT_SIZE,
+    DETUNING_MARGIN,
+    FEWEST_BEATING,
+    LINE_NATS,
+    LINE_SIZE,
+    MOST_DETUNING,
+    NEAREST,
+    ONE_SIDED,
+    SAME_LINE,
+    SMOOTH_DEGREE,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,3 +148,23 @@ def _highest(power: FloatArray, use: BoolArray, width: int) -> tuple[int, float]
     above = np.where(use, power / np.maximum(floor, 1e-300), 0.0)
     peak = int(np.argmax(above))
     return peak, float(above[peak] - np.log(np.count_nonzero(use)))
+
+
+def unexplained_lines(lines: Sequence[SecondLine], names: Sequence[str], data: GapData) -> list[SecondLine]:
+    """Lines beside the response, beyond chance, that none of the effects that are named brings; strongest first."""
+    still = {name for name, wind in zip(data.layout.records, data.layout.wind, strict=True) if not wind}
+    # Of a force off the response such lines are the signature, as near as one is sought: what stands in still air or
+    # further off is another mode, or hum.
+    forced = any(CATALOGUE[name].channel == "spectrum" for name in names)
+    strong = sorted((one for one in lines if one.ratio > LINE_NATS), key=lambda one: -one.ratio)
+    return [line for line in strong if not forced or line.record in still or _far_off(line, data)]
+
+
+def detuned_by(line: SecondLine, data: GapData) -> float:
+    """How far a line is off the response, relative to it."""
+    return line.frequency / data.cycles[line.record].reference_frequency - 1.0
+
+
+def _far_off(line: SecondLine, data: GapData) -> bool:
+    """Whether a line is further from the response than a force that beats with it is sought."""
+    return abs(detuned_by(line, data)) > MOST_DETUNING + DETUNING_MARGIN

@@ -14,10 +14,10 @@ from scruton.gap.bands import discrepancy_of_the_unknown
 from scruton.gap.check import knocked
 from scruton.gap.contradictions import Contradiction
 from scruton.gap.data import GapData
-from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis, unexplained_lines
+from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.finding import Finding, amplitudes_of
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
-from scruton.gap.lines import SecondLine
+from scruton.gap.lines import SecondLine, unexplained_lines
 from scruton.gap.thresholds import COLOURED, PLACES_DESCRIBED, SAME_LINE, UNKNOWN_NATS, UNMOVED
 
 WIND = "wind_speed_drift"
@@ -74,8 +74,8 @@ def meaning(diagnosis: Diagnosis, design_sc: Sequence[float] = ()) -> dict[str, 
         alone = " or ".join(f"`--effect {name}`" for name in named) if len(diagnosis.found) > 1 else ""
         first = (
             "Predictions contain it only where they are told to: "
-            f"`{command}` of `scruton fit` or `scruton report` puts {'all of it' if alone else 'it'} in"
-            f"{f', {alone} that alone' if alone else ''}. {moves}"
+            f"`scruton fit CAMPAIGN {command}`, or `scruton report`, puts {'all of it' if alone else 'it'} in"
+            f"{f', {alone} that alone' if alone else ''}; the same command without it takes it out. {moves}"
         )
     each = [{"scruton_number": number, "amplitude_change": moved} for number, moved in at]
     text = " ".join([first, *remarks])

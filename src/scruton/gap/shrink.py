@@ -65,8 +65,9 @@ def shrink(diagnosis: Diagnosis, *, alike: Collection[str] = (), workers: int = 
         and the verdict's (`after`) fall short of the ceiling on all records; `fraction`, (before - after)/before, cut
         off at -1 and 1, None where the gap is too small to measure, and its `interval90` by bootstrap over records,
         None for a single one, which says nothing of its like; the same of the records `held_out`, None where none can
-        be; `measurable`, on those held out or, without any, on those used; `runner_up`, the best effect that is not
-        `alike`, the part of the held-out gap that it closes, and its median error of the stable amplitude;
+        be; `measurable`, on those held out or, without any, on those used; `put_in`, whether what was found has a form
+        that goes into the model; `runner_up`, the best effect that is not `alike`, the part of the held-out gap that it
+        closes, and its median error of the stable amplitude;
         `stable_amplitude` of every test left out in turn, as predicted by both, with relative errors;
         `stable_amplitude_of_records`, where there is one test, of every record that shows it; `not_foretold`, effects
         of the wind with a value for every test, of which the others say nothing; `damping_discrepancy`, as of that
@@ -124,7 +125,8 @@ def shrink(diagnosis: Diagnosis, *, alike: Collection[str] = (), workers: int = 
         by_runner["amplitude_error"] = float(np.median(errors))
     result: dict[str, Any] = as_json({
         "metric": METRIC, **_closed(used[0], used[1], rng if on_used else None), "held_out": held_out,
-        "measurable": measurable, "headline": _headline(data, stable, curves),
+        "measurable": measurable, "put_in": diagnosis.final is not diagnosis.null,
+        "headline": _headline(data, stable, curves),
         "runner_up": {"effect": runner, **by_runner} if runner else None,
         "not_foretold": _not_foretold(diagnosis) if by_test and shown else [],
         "stable_amplitude": stable if by_test else [], "damping_discrepancy": curves,

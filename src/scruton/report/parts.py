@@ -69,7 +69,8 @@ def gap_part(campaign: Path, model: str = "default", design_sc: Sequence[float] 
     failures = Failures()
 
     def pictures() -> list[Picture]:
-        return [drawn(gap_figure(diagnosis, findings, curves, alt=gap_sentence(content)))]
+        groups, alt = content["indistinguishable"], gap_sentence(content)
+        return [drawn(gap_figure(diagnosis, findings, curves, groups=groups, alt=alt))]
 
     shown = failures.attempt("gap", "The figure of the gap", pictures, [])
     return Part(json.loads(json.dumps(content)), shown, failures.found)

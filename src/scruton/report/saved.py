@@ -1,6 +1,7 @@
 """What earlier runs left beside a fit - diagnosis, sizing, crossed predictions - as parts of a report."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,7 +10,7 @@ from scruton.documents import read_document, read_json
 from scruton.errors import InputError
 from scruton.gap.results import RESULT as GAP
 from scruton.infer.store import provenance_of
-from scruton.report.chapters.gap_words import gap_sentence
+from scruton.report.chapters.gap_words import carried_sentence, contained_sentence, gap_sentence
 from scruton.report.document import Picture
 from scruton.report.figures.gap import gap_caption
 from scruton.report.kept import Beside, drawn_from, kept
@@ -73,15 +74,34 @@ def saved_gap(folder: Path, summary: Mapping[str, Any]) -> Part | None:
     if path is None:
         return None
     content = read_document(path, "what `scruton diagnose` wrote", version=1)
-    records, fitted = content["provenance"]["sha256"], summary["provenance"]["sha256"]
-    other = [name for name in fitted if name in records and records[name] != fitted[name]]
-    if other:
+    if other := of_other_records(content, summary):
         raise InputError(path, "provenance", f"a diagnosis of another {other[0]}", "one of the records of this fit")
     for at in (path.parent / FIGURES, path.parent):
         if (at / "gap.svg").is_file() and (at / "gap.png").is_file():
             svg, png = ((at / f"gap.{kind}").read_bytes() for kind in ("svg", "png"))
             return Part(content, [Picture("gap", gap_caption(), gap_sentence(content), svg, png)])
     return Part(content)
+
+
+def said_of_the_gap(folder: Path, summary: Mapping[str, Any], numbers: str) -> str:
+    """Whether `numbers` of a fit contain what its diagnosis found, in a sentence; empty where nothing is known of it.
+
+    A diagnosis in the folder that is damaged, or one of other records, says nothing here: `report` refuses it.
+    """
+    path, content = found_beside(folder, "gap", GAP), None
+    if path is not None:
+        with suppress(InputError):
+            content = read_document(path, "what `scruton diagnose` wrote", version=1)
+    if content is None or of_other_records(content, summary):
+        return carried_sentence(summary)
+    said = gap_sentence(content)
+    return " ".join(["Diagnosis:", said, contained_sentence(content, summary, numbers)]).rstrip()
+
+
+def of_other_records(gap: Mapping[str, Any], summary: Mapping[str, Any]) -> list[str]:
+    """Records that a diagnosis has and a fit has otherwise."""
+    records, fitted = gap["provenance"]["sha256"], summary["provenance"]["sha256"]
+    return [name for name in fitted if name in records and records[name] != fitted[name]]
 
 
 def saved_sizing(path: Path | None) -> Part | None:

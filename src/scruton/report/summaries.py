@@ -115,6 +115,10 @@ def fit_summary(fit: "Fit") -> Iterator[Block]:
     yield Table("discrepancy", "Discrepancy between settings, standard deviation", columns, discrepancy)
     if shared:
         yield paragraph(model_printed(fit.summary))
+    if fit.summary.get("effect"):
+        from scruton.report.chapters.gap_words import carried_sentence  # it takes its time to come
+
+        yield paragraph(carried_sentence(fit.summary))
     yield paragraph(MEANING)
     yield paragraph(f"Sampling: {'converged' if fit.converged else 'NOT CONVERGED: not to be trusted'}")
 

@@ -23,15 +23,16 @@ def held_out_table(gap: Mapping[str, Any], of: Notation, unit: str) -> Table:
     Of one test, and in still air, it is a record from the others; nothing is stable in still air.
     """
     shrink = gap["shrink"]
-    measurable = shrink.get("measurable", True)
-    tests = shrink.get("stable_amplitude", ()) if measurable else ()
+    if not shrink.get("put_in", True):  # there is no after
+        shrink = {}
+    tests = shrink.get("stable_amplitude", ())
     curves = shrink.get("damping_discrepancy") or {}
 
     def off(*errors: float | None) -> tuple[str, ...]:
         return tuple(of.missing if error is None else f"{100.0 * error:.1f} %" for error in errors)
 
     (factor, shown), (per, _) = shown_in(unit), shown_in(SCRUTON)
-    records = curves.get("records", ()) if measurable else ()
+    records = curves.get("records", ())
     if not tests and "test" in (shrink.get("headline") or {}):
         level = {one["record"]: one for one in shrink["stable_amplitude_of_records"]}
         nothing = dict.fromkeys(("measured", "error_before", "error_after"))

@@ -4,10 +4,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
+from scruton.gap.thresholds import SETTLED
 from scruton.report.thresholds import NEARER, NEARER_BY, STAYS_OFF, STAYS_OFF_SHARE
 from scruton.report.verdict import conclusion, condition, likeliest, odds, perhaps, settled
 from scruton.report.wording import percent, share
 
+_NOT_THE_BEST = "Of records held out the verdict is not the best account"
 FIRST = "the first of these"  # what an unsettled verdict goes by, after a sentence that names what it may be
 
 
@@ -78,7 +80,9 @@ def conditional(gap: Mapping[str, Any], name: str, words: str) -> str:
     return f"{capital(asked)}: {words[0].lower()}{words[1:]}" if asked else words
 
 
-def contained_sentence(gap: Mapping[str, Any], fit: Mapping[str, Any]) -> str:
+def contained_sentence(
+    gap: Mapping[str, Any], fit: Mapping[str, Any], numbers: str = "The numbers of this report"
+) -> str:
     """Whether the numbers of a fit, by its fit.json, contain what was found, and what that moves."""
     meaning = gap.get("meaning")
     if not meaning:
@@ -92,17 +96,31 @@ def contained_sentence(gap: Mapping[str, Any], fit: Mapping[str, Any]) -> str:
     out = " The same command without `--effect` takes it out."
     if foreign:
         also = f", and not {_names(found)}, which was found" if found else ", which was not found"
-        return f"The numbers of this report contain {_names(put_in)}, as was asked{also}.{out}"
+        return f"{numbers} contain {_names(put_in)}, as was asked{also}.{out}"
     if not missing and found:
         what = "it" if settled(gap) else f"{FIRST}{' and what stands beside it' if gap['also'] else ''}"
-        return f"The numbers of this report contain {what}.{f' {moves}' if moves else ''}{out}"
+        return f"{numbers} contain {what}.{f' {moves}' if moves else ''}{out}"
     if not found or command is None:
         return str(meaning["text"]).removesuffix(" ".join(["", *meaning.get("remarks", ())]))
     how = f"`{command}` puts {'all of it' if len(found) > 1 else 'it'} in."
     moved = f" {conditional(gap, FIRST, moves)}" if moves else ""
     if put_in:
-        return f"The numbers of this report contain {_names(put_in)}, and not {_names(missing)}: {how}{moved}"
-    return f"The numbers of this report do not contain it: {how}{moved}"
+        return f"{numbers} contain {_names(put_in)}, and not {_names(missing)}: {how}{moved}"
+    return f"{numbers} do not contain it: {how}{moved}"
+
+
+def carried_sentence(fit: Mapping[str, Any]) -> str:
+    """What a fit puts into its predictions, by its fit.json, and how sure it is; empty where it was told nothing."""
+    entry = fit.get("effect")
+    if not entry:
+        return ""
+    put_in = [name for name in (entry["used"], *entry["also"]) if name != "none"]
+    if not put_in:
+        return "The diagnosis found no gap: predictions contain no effect."
+    p, asked = entry["probability"], "" if entry["asked"] == "auto" else ", as was asked"
+    unsettled = ", which is not settled; the same command without `--effect` takes it out" if p < SETTLED else ""
+    first = " of the first" if len(put_in) > 1 else ""
+    return f"Predictions contain {_names(put_in)}{asked}: the probability{first} is {odds(p)}{unsettled}."
 
 
 def _names(effects: Iterable[str]) -> str:
@@ -113,9 +131,10 @@ def shrink_sentence(entry: Mapping[str, Any]) -> str:
     """How far the gap shrinks, from `shrink` of gap.json: what a user predicts first; empty where there is none."""
     if not entry:
         return ""
-    if not entry.get("measurable", True):
-        return "The gap in the amplitudes of the cycles is too small to measure how far it shrinks."
-    parts = (_headline(entry.get("headline")), _own(entry.get("not_foretold", ())), _density(entry))
+    if not entry.get("put_in", True):
+        return f"There is nothing that could be put into the model. {_as_it_is(entry['headline'])}".rstrip()
+    density = _density(entry) if entry.get("measurable", True) else _too_small(entry)
+    parts = (_headline(entry.get("headline")), _own(entry.get("not_foretold", ())), density)
     return " ".join(words for words in parts if words)
 
 
@@ -154,6 +173,21 @@ def _headline(head: Mapping[str, Any] | None) -> str:
             f"of the relaxation damping{_worse(head['damping_worse'], tests)}"
         )
     return f"{words}."
+
+
+def _as_it_is(head: Mapping[str, Any] | None) -> str:
+    """Errors of what is left out in turn, of a model that nothing can be put into."""
+    if not head:
+        return ""
+    whose = "tests" if "tests" in head else f"the records of {head['test']}" if "test" in head else "records"
+    damping = "relaxation" if "tests" in head or "test" in head else "structural"
+    off = []
+    if "amplitude_before" in head:
+        off.append(f"the stable amplitude is off by {_off(head['amplitude_before'])} (median)")
+    if head.get("damping_before") is not None:
+        curve = f"the damping curve{'' if off else ' is off'} by {_off(head['damping_before'])}"
+        off.append(f"{curve} of the {damping} damping")
+    return f"Of {whose} left out in turn, {' and '.join(off)}." if off else ""
 
 
 def _of_one_test(head: Mapping[str, Any]) -> str:
@@ -198,15 +232,33 @@ def _density(entry: Mapping[str, Any]) -> str:
     runner, closed = entry.get("runner_up"), entry["held_out"].get("fraction")
     if not runner or runner["fraction"] is None:
         return f"{words}."
-    leaves, error = "", runner.get("amplitude_error")
-    own = (entry.get("headline") or {}).get("amplitude_after")
-    nearer = error is not None and own is not None and error < NEARER * own and own - error > NEARER_BY
-    if error is not None:
-        leaves = f", and leave the amplitude off by {percent(error, 2)}{' only' * nearer}"
+    error, nearer = _of_the_runner_up(entry)
+    leaves = "" if error is None else f", and leave the amplitude off by {percent(error, 2)}{' only' * nearer}"
     rival = f"the runner-up ({in_words(runner['effect'])}) would close {share(runner['fraction'])}{leaves}"
     if nearer or (closed is not None and round(runner["fraction"], 2) > round(closed, 2)):
-        return f"{words}. Of records held out the verdict is not the best account: {rival}."
+        return f"{words}. {_NOT_THE_BEST}: {rival}."
     return f"{words}; {rival}."
+
+
+def _too_small(entry: Mapping[str, Any]) -> str:
+    """What is said where noise hides how much of the gap closes: of the runner-up, how far off it leaves amplitudes."""
+    words = "The gap in the amplitudes of the cycles is too small to measure how far it shrinks"
+    error, nearer = _of_the_runner_up(entry)
+    if error is None:
+        return f"{words}."
+    rival = (
+        f"the runner-up ({in_words(entry['runner_up']['effect'])}) would leave the stable amplitude off by "
+        f"{percent(error, 2)}{' only' * nearer}"
+    )
+    return f"{words}. {_NOT_THE_BEST}: {rival}." if nearer else f"{words}; {rival}."
+
+
+def _of_the_runner_up(entry: Mapping[str, Any]) -> tuple[float | None, bool]:
+    """How far off the runner-up leaves the stable amplitude, None where that is not known; whether that is nearer."""
+    error = (entry.get("runner_up") or {}).get("amplitude_error")
+    own = (entry.get("headline") or {}).get("amplitude_after")
+    nearer = error is not None and own is not None and error < NEARER * own and own - error > NEARER_BY
+    return error, nearer
 
 
 def _share(entry: Mapping[str, Any]) -> str:

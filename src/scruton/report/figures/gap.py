@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scruton.gap.advise import confusions
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.finding import Finding
 from scruton.gap.locate_curves import DECAY, GROWTH, STEADY, STILL, Curve, Curves, excess_curves
@@ -63,20 +64,29 @@ _PENS: dict[str, dict[str, Any]] = {
 
 @figure("gap", name="gap", what="The figure of the gap", source="")
 def gap_figure(
-    diagnosis: Diagnosis, findings: Sequence[Finding], curves: Curves | None = None, *, alt: str = ""
+    diagnosis: Diagnosis,
+    findings: Sequence[Finding],
+    curves: Curves | None = None,
+    *,
+    groups: Sequence[Sequence[str]] | None = None,
+    alt: str = "",
 ) -> FigureWithCaption:
     """Draw where the null model and the measurement part, and what explains it; `alt` is the verdict in a sentence.
 
+    `groups` are the effects that the records cannot tell apart, as `confusions` finds them where they are not given.
     One row for every test with its rig's still air beside it, marked by the findings where effects of the verdict act,
     and at the bottom frequency against amplitude and the probabilities; `curves` are those of the null model.
     """
     curves, data = curves or excess_curves(diagnosis.null), diagnosis.data
     with conventions(data.campaign):
-        return _laid_out(diagnosis, findings, curves, alt)
+        said = _said(diagnosis, confusions(diagnosis) if groups is None else groups)
+        return _laid_out(diagnosis, findings, curves, said, alt)
 
 
-def _laid_out(diagnosis: Diagnosis, findings: Sequence[Finding], curves: Curves, alt: str) -> FigureWithCaption:
-    data, said = diagnosis.data, _said(diagnosis)
+def _laid_out(
+    diagnosis: Diagnosis, findings: Sequence[Finding], curves: Curves, said: dict[str, Any], alt: str
+) -> FigureWithCaption:
+    data = diagnosis.data
     rows, left_out = _rows(data, curves)
     acting = _acting(diagnosis, findings, said)
     high = 12.0 + (min(_ROW_HEIGHT * len(rows), _ROOM) if len(rows) > 1 else _ONE_ROW_HEIGHT)
@@ -158,11 +168,12 @@ def _acting(
     return acting
 
 
-def _said(diagnosis: Diagnosis) -> dict[str, Any]:
+def _said(diagnosis: Diagnosis, groups: Sequence[Sequence[str]]) -> dict[str, Any]:
     """What gap.json says of a verdict."""
     return {
         "verdict": diagnosis.verdict, "also": diagnosis.found[1:], "probability": diagnosis.probability,
         "probability_also": diagnosis.also, "in_its_place": diagnosis.beside,
+        "indistinguishable": groups,
     }  # fmt: skip
 
 
