@@ -345,7 +345,11 @@ def test_another_law_can_kill_the_vibration_and_zeros_stay() -> None:
     assert 0.05 < one.dies < 0.95
     assert one.dies == pytest.approx(np.mean(direct == 0.0), abs=1e-12)
     assert len(one.draws) == 1000
-    assert any("no vibration in" in flag for flag in one.flags)
+    independent = np.sqrt(one.dies * (1.0 - one.dies) / one.draws.size)
+    assert one.dies_error == pytest.approx(independent, rel=0.3)
+    assert one.to_json()["probability_no_vibration_mcse"] == one.dies_error
+    said = f"no vibration in {one.dies:.1%} of the draws (MC error {one.dies_error:.1%}); "
+    assert any(said in flag for flag in one.flags)
 
 
 @pytest.mark.parametrize(("dead", "said"), [(0, ""), (1, ""), (3, "0.1 %"), (200, "5.0 %")])

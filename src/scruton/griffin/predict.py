@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.campaign.plausibility import damping_flag
 from scruton.campaign.schema import Quantity
 from scruton.documents import as_json
 from scruton.dynamics.laws import amplitude_ratio
@@ -25,15 +24,13 @@ from scruton.griffin.posterior import (
     test_names,
     unit_of,
 )
-from scruton.griffin.thresholds import UNSETTLED, WIDE_DAMPING, X_TRUSTED
-from scruton.infer.joint import CAMPAIGN, SCALES, curve_remark, doubted_remark, failed, names_at_prior
+from scruton.griffin.remarks import of_the_damping, of_the_design, prior_speaks, unsettled_laws
+from scruton.infer.joint import curve_remark, doubted_remark
 from scruton.shown import shown
 from scruton.stats.convergence import monte_carlo_error
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_NONE = f"{0.0:.1%}"  # of the draws, as it is printed
 
 
 def _facts(one: "Prediction") -> Mapping[str, object]:
@@ -134,8 +131,16 @@ class Prediction:
 
     def error(self, probability: float) -> float:
         """Monte Carlo standard error of this quantile."""
-        chains = self.chains if self.draws.size % self.chains == 0 else 1
-        return monte_carlo_error(self.draws.reshape(chains, -1), probability)
+        return monte_carlo_error(self._chained(self.draws), probability)
+
+    @property
+    def dies_error(self) -> float:
+        """Monte Carlo standard error of the probability that there is no vibration."""
+        return monte_carlo_error(self._chained((self.draws == 0.0).astype(float)))
+
+    def _chained(self, values: FloatArray) -> FloatArray:
+        """Values of the draws, (S,), by chain."""
+        return values.reshape(self.chains if values.size % self.chains == 0 else 1, -1)
 
     def to_json(self) -> dict[str, Any]:
         """One entry of the list "predictions" that `scruton predict --json` writes.
@@ -154,6 +159,7 @@ class Prediction:
                 **{key: getattr(self, key) for key in ("extrapolation_index", "discrepancy_sd")},
                 "amplitude_coverage": {"tests": self.covered_by, "of": len(self.extrapolation_indices)},
                 "probability_no_vibration": self.dies,
+                "probability_no_vibration_mcse": self.dies_error,
                 "fraction_unbounded": self.unbounded,
                 "flags": self.flags,
             }
@@ -256,8 +262,8 @@ def predict(
         at_discrepancy[tau] = predictive_draws(known, sc_of_all, law_n=law_n, seed=seed)[:, 0]
     remarks = (
         *asked,
-        *_flags(prediction),
-        *_wide(damping_ratio),
+        *of_the_design(prediction),
+        *of_the_damping(damping_ratio),
         *prior_speaks(tree),
         *curve_remark(tree),
         *doubted_remark(tree),
@@ -275,31 +281,6 @@ def _one_number(value: object, field: str, wanted: str) -> float:
     if not np.isfinite(number):
         raise InputError("prediction", field, repr(value), f"{wanted}; of several, one call each")
     return number
-
-
-def prior_speaks(tree: "xr.DataTree") -> tuple[str, ...]:
-    """What has to be said where the records leave the discrepancy between settings at its prior; empty otherwise."""
-    scales = " and of ".join(SCALES[name] for name in names_at_prior(tree))
-    if not scales:
-        return ()
-    remark = f"the band between settings is the card's prior: the posterior of {scales} equals it"
-    return (f"{remark}, as it always does with one rig" if one_rig(tree) else remark,)
-
-
-def unsettled_laws(tree: "xr.DataTree", laws: Mapping[str, float]) -> tuple[str, ...]:
-    """What has to be said where the laws that answer, by their weights, did not all converge; empty otherwise.
-
-    A law to which the records give nothing does not bring the verdict on a fit down, but has its share of the answer.
-    """
-    names = failed(tree)
-    held = {label: weight for label, weight in laws.items() if f"{CAMPAIGN} {label}" in names}
-    if round(sum(held.values()), 6) < UNSETTLED:
-        return ()
-    of_each = ", ".join(f"{label} ({weight:.0%})" for label, weight in held.items())
-    return (
-        f"laws whose posterior did not converge hold {sum(held.values()):.0%} of the weight of the answer: {of_each}; "
-        "to mend it raise sampler.max_steps in the model card, and fit again",
-    )
 
 
 def predictive_draws(
@@ -361,37 +342,3 @@ def single_draws(
     curve = draws_of(tree, "a_star", test)[:, None] * ratio
     growth = coverage_of(tree, [test]).growth(x, curve)
     return np.asarray(curve * np.exp(tau[:, None] * (z[1][:, None] - z[2][:, None] * growth)))
-
-
-def _wide(design: Quantity | float | None) -> tuple[str, ...]:
-    """What has to be said of a design damping that is known to be hardly more than positive; empty otherwise."""
-    if not isinstance(design, Quantity) or design.relative_sd <= WIDE_DAMPING:
-        return ()
-    low, high = design.interval(0.90)
-    return (
-        f"the standard deviation of the design damping is {design.relative_sd:.0%} of its mean: as a "
-        f"lognormal it lies between {100.0 * low:.2g} % and {100.0 * high:.2g} % with 90 %",
-    )
-
-
-def _flags(prediction: Prediction) -> tuple[str, ...]:
-    flags = []
-    place = f"Sc = {prediction.scruton_number:.4g}"
-    if abs(prediction.extrapolation_index) > X_TRUSTED:
-        flags.append(
-            f"{place}: extrapolation index x = {prediction.extrapolation_index:.2f} from the nearest test; beyond "
-            f"|x| = {X_TRUSTED:g} laws of aerodynamic damping part, and the interval is that of the laws used: "
-            + ", ".join(f"{law} ({share:.0%})" for law, share in prediction.laws.items() if share > 0.005)
-            + (f"; {prediction.measured}" if prediction.measured else "")
-        )
-    if not prediction.covered_by:
-        flags.append(f"{place}: an amplitude beyond the transients of every test: no record tells the damping there")
-    if implausible := damping_flag(prediction.damping_ratio):
-        flags.append(f"{place}: {implausible}")
-    if prediction.scruton_number < 0.0:
-        flags.append(f"{place}: a negative Scruton number has no physical meaning; it shows the trend only")
-    if (dies := f"{prediction.dies:.1%}") != _NONE:
-        flags.append(f"{place}: no vibration in {dies} of the draws; they are counted as zero amplitude")
-    if (unbounded := f"{prediction.unbounded:.1%}") != _NONE:
-        flags.append(f"{place}: no stable amplitude in {unbounded} of the draws; they are counted as infinitely large")
-    return tuple(flags)

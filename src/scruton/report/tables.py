@@ -158,6 +158,7 @@ def _prediction(prediction: "Prediction") -> Row:
         "extrapolation index x": prediction.extrapolation_index,
         "peak tests that cover the amplitude": prediction.covered_by,
         "probability of no vibration": prediction.dies,
+        "probability of no vibration MC error": _finite(prediction.dies_error),
         "fraction without stable amplitude": prediction.unbounded,
     }
 

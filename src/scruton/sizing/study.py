@@ -13,7 +13,7 @@ from scruton.errors import InputError
 from scruton.griffin.curves import law_curves, what_if
 from scruton.griffin.discrepancy import one_rig, with_discrepancy
 from scruton.griffin.posterior import chosen_rig, motion_of, rig_mass_damping_draws
-from scruton.griffin.predict import prior_speaks, unsettled_laws
+from scruton.griffin.remarks import prior_speaks, unsettled_laws
 from scruton.infer.joint import curve_remark, doubted_remark, unconverged
 from scruton.infer.results import TRIAL
 from scruton.progress import Progress
