@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scruton.stats.fisher_scoring import inverse, solved
+from scruton.stats.fisher_scoring import climb, inverse, solved
 
 UNEVEN = np.diag([1.0, 4.0, 0.0])
 
@@ -26,3 +26,18 @@ def test_what_is_no_number_moves_nothing() -> None:
     lost = np.array([[np.inf, 0.0], [0.0, 0.0]])
     assert solved(lost, np.ones(2)) == pytest.approx(np.zeros(2))
     assert inverse(lost, np.array([1.0, 2.0])) == pytest.approx(np.diag([1.0, 4.0]))
+
+
+def test_what_swings_does_not_hold_back_the_rest() -> None:
+    """One coordinate bends five times as much as its information says, the other as much: it took 14 steps."""
+    true, told = np.array([5.0, 1.0]), np.eye(2)
+    asked = []
+
+    def scores(u: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        asked.append(u)
+        return -0.5 * float(u @ (true * u)), -true * u, told
+
+    top, (value, *_) = climb(scores, lambda points: -0.5 * (points**2) @ true, np.array([3.0, 40.0]))
+    assert value > -5e-3
+    assert top == pytest.approx(np.zeros(2), abs=0.1)
+    assert len(asked) <= 8

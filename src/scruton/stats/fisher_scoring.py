@@ -1,7 +1,8 @@
 """The optimum of a posterior that offers scores: its gradient and Fisher information come with every value.
 
 The information is positive whatever the point, so that scoring with a damped step climbs from anywhere; steps of
-several dampings are tried side by side.
+several dampings are tried side by side.  Among them is one of a damping of each coordinate's own: where the gradient
+turned by more than the information foretold, a full step swings to and fro, and what holds it back need not hold all.
 """
 
 from collections.abc import Callable
@@ -12,6 +13,8 @@ import numpy as np
 from scruton.arrays import FloatArray
 
 MOST_DAMPED = 1e3  # relative to the information's diagonal: where no step helps any more, the search ends
+MOST_BENT = 10.0  # curvature beyond the information, over it, that a single step is believed to tell
+TELLS = 0.1  # of the gradient of a coordinate, that a step has to take away to tell its curvature
 
 
 def climb[Scores: tuple[Any, ...]](
@@ -52,11 +55,12 @@ def climb[Scores: tuple[Any, ...]](
         As `scores` gives them there.
     """
     u, current, damping = start, scores(start), 0.0
+    bent = np.zeros(current[1].size)  # curvature beyond the information, over its diagonal
     for _ in range(iterations):
         value, gradient, information = current[:3]
         ridge = np.diag(np.diag(information))
         dampings = (damping, 10.0 * damping + 0.3, 100.0 * damping + 10.0)
-        steps = [solved(information + m * ridge, gradient) for m in dampings]
+        steps = [solved(information + m * ridge, gradient) for m in (*dampings, bent)]
         if damping == 0.0 and 0.5 * float(gradient @ steps[0]) < tolerance:
             break  # what a full step would gain
         if limit is not None:
@@ -74,11 +78,20 @@ def climb[Scores: tuple[Any, ...]](
             damping = 100.0 * damping + 30.0
             continue
         u = trials[best]
-        damping = (0.0, 0.1 * damping, damping, damping, 10.0 * damping + 1.0)[best]
+        damping = (0.0, 0.1 * damping, damping, 0.0, damping, 10.0 * damping + 1.0)[best]
         current = scores(u)
+        bent = _bent(bent, gradient, current[1], information @ steps[best])
         if gain < tolerance:
             break
     return u, current
+
+
+def _bent(bent: FloatArray, before: FloatArray, after: FloatArray, foretold: FloatArray) -> FloatArray:
+    """How much more a posterior bends than the information says, by a step from one gradient to another, (k,) each."""
+    tells = np.abs(foretold) > TELLS * np.abs(before)
+    more = np.divide(before - after, foretold, out=np.ones_like(foretold), where=tells) - 1.0
+    learnt = 0.5 * (bent + np.clip(np.nan_to_num(more), 0.0, MOST_BENT))
+    return np.where(tells, learnt, bent)
 
 
 def solved(information: FloatArray, gradient: FloatArray) -> FloatArray:
