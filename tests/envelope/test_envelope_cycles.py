@@ -236,6 +236,44 @@ def test_envelope_from_elsewhere():
     assert np.all(np.isinf(found.frequency_error))
 
 
+@pytest.mark.parametrize("per_cycle", [2.0, 2.056, 2.9])
+def test_an_envelope_of_crests_and_troughs_has_no_steps_where_a_cycle_holds_three(per_cycle):
+    """An offset lifts crests and lowers troughs: the mean of three of them was off by a third of it, and a knock."""
+    f, t = 5.12, np.arange(400) / (5.12 * per_cycle)
+    truth = 0.06 + 0.1 * np.exp(-0.2 * t)
+    found = cycles_from_envelope(t, truth + 3e-3 * np.cos(2.0 * np.pi * f * t), f)
+    error = found.amplitude - (0.06 + 0.1 * np.exp(-0.2 * found.time))
+    assert len(found.time) == pytest.approx(400 / per_cycle, abs=1.01)
+    assert np.abs(error[1:-1]).max() < (2e-5 if per_cycle == 2.0 else 4e-4)
+
+
+@pytest.mark.parametrize("rounded", [0, 1, 2])
+def test_the_ends_that_a_filter_has_rounded_are_left_out(rounded):
+    rng = np.random.default_rng(4)
+    t = np.arange(120) * 0.1 + 0.05
+    a = np.exp(-0.1 * t) + 3e-4 * rng.normal(size=t.size)
+    a[: 2 * rounded] = a[2 * rounded]  # it stands, and falls later
+    a[t.size - 2 * rounded :] *= 1.05
+    found = cycles_from_envelope(t, a, 5.0)
+    assert len(found.time) == 60 - 2 * rounded
+    assert found.time[0] == pytest.approx(0.1 + 0.2 * rounded)
+
+
+def test_a_growth_and_a_short_envelope_keep_their_ends():
+    t = np.arange(40) * 0.1
+    for a in (1e-3 * np.exp(2.0 * t), 1.0 - np.exp(-0.8 * t - 0.05)):
+        assert len(cycles_from_envelope(t, a + 1e-4 * np.sin(17.0 * t), 5.0).time) == 20
+    assert len(cycles_from_envelope(t[:12], np.r_[5.0, np.ones(11)], 5.0).time) == 6
+
+
+def test_cycles_of_an_envelope_without_samples_are_left_out():
+    t = np.arange(200) * 0.1
+    t = t[(t < 5.0) | (t > 9.0)]
+    found = cycles_from_envelope(t, np.exp(-0.1 * t), 2.0)
+    assert not np.any((found.time > 5.3) & (found.time < 8.7))
+    assert found.amplitude == pytest.approx(np.exp(-0.1 * found.time), rel=1e-2)
+
+
 def test_peaks_coarser_than_a_cycle_stay_as_they_are():
     t = np.arange(40) * 0.5
     found = cycles_from_envelope(t, np.exp(-0.3 * t), 4.0)
@@ -248,6 +286,11 @@ def test_peaks_coarser_than_a_cycle_stay_as_they_are():
 def test_envelope_too_short():
     with pytest.raises(InputError, match="wanted an envelope of at least five cycles"):
         cycles_from_envelope(np.arange(100) / 100, np.ones(100), 2.0)
+    with pytest.raises(InputError, match="found 0 cycles"):
+        cycles_from_envelope(np.arange(100) / 1000, np.ones(100), 2.0)
+    assert len(cycles_from_envelope(np.arange(100) / 20, np.r_[np.zeros(90), np.ones(10)], 5.0).time) == 25, (
+        "no warning"
+    )
 
 
 @pytest.mark.parametrize("per_cycle", [17.3, 25.4])

@@ -1,8 +1,9 @@
 """From a record to its envelope: the paper's front end, Eqs. (2) to (8), and the demodulation that feeds inference."""
 
 from scruton.envelope.consistency import review
-from scruton.envelope.cycles import cycles_from_envelope, demodulate
+from scruton.envelope.cycles import demodulate
 from scruton.envelope.damping import GriffinCurve, aerodynamic_damping, griffin_curve, total_damping
+from scruton.envelope.extracted import cycles_from_envelope
 from scruton.envelope.frequency import dominant_frequency
 from scruton.envelope.front_end import FrontEnd, front_end
 from scruton.envelope.inspection import Inspection, gather, record_cycles, usable, weigh

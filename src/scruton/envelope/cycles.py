@@ -128,63 +128,6 @@ def demodulate(
     )
 
 
-def cycles_from_envelope(time: FloatArray, amplitude: FloatArray, frequency: float, *, name: str = "record") -> Cycles:
-    """One value per cycle of an envelope that was extracted elsewhere.
-
-    Parameters
-    ----------
-    time, amplitude : (N,) array
-        Seconds, and the amplitude (A/D or rad).
-    frequency : float
-        Frequency of the oscillation [Hz], which an envelope does not tell.
-    name : str, optional
-        The record's file, for error messages.
-
-    Returns
-    -------
-    Cycles
-        The mean of every cycle that holds samples, at their mean time; an envelope coarser than one sample per cycle is
-        taken as it stands. `phase` is zero, `frequency` is `frequency`, `frequency_error` is infinite.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than five values.
-
-    Notes
-    -----
-    The standard error is one number for the record, from a_k - (a_{k-1} a_{k+1})^0.5: an exponential growth or decay
-    leaves nothing in it, noise leaves (3/2)^0.5 of its standard deviation. The scatter is taken robustly (median), and
-    not below the rounding of the file. Noise that the extraction has smoothed away cannot be seen: then the standard
-    error is too small, and turbulence counts as noise, which makes it too large.
-    """
-    if np.any(~np.isfinite(amplitude)) or len(time) < 5 or frequency <= 0.0:
-        raise InputError(name, "amplitude", f"{len(time)} values", "at least five finite values of an envelope")
-    cycle = np.floor((time - time[0]) * frequency * (1.0 + 1e-9)).astype(np.intp)
-    starts = np.flatnonzero(np.diff(cycle, prepend=-1))
-    counts = np.diff(starts, append=len(time))
-    if len(starts) < 5:
-        raise InputError(name, "amplitude", f"{len(starts)} cycles", "an envelope of at least five cycles")
-    t, a = np.add.reduceat(time, starts) / counts, np.add.reduceat(amplitude, starts) / counts
-    before, after = np.maximum(a[:-2], 0.0), np.maximum(a[2:], 0.0)
-    middle = np.sqrt(before * after)
-    lever = np.where(middle > 0.0, (before**2 + after**2) / np.maximum(4.0 * middle**2, 1e-300), np.inf)
-    scatter = float(np.median(np.abs(a[1:-1] - middle) / np.sqrt(1.0 + lever)) / 0.6745)
-    largest = float(np.max(np.abs(a)))
-    error = max(scatter, quantum_of(amplitude) / np.sqrt(12.0), 1e-9 * largest, np.finfo(float).tiny)
-    n = len(t)
-    return Cycles(
-        time=t,
-        amplitude=a,
-        standard_error=np.full(n, error),
-        phase=np.zeros(n),
-        frequency=np.full(n, float(frequency)),
-        frequency_error=np.full(n, np.inf),
-        reference_frequency=float(frequency),
-        noise_sd=error * float(np.sqrt(np.median(counts))),
-    )
-
-
 def _regressed(
     time: FloatArray, response: FloatArray, windows: Windows, samples: float, hidden: float
 ) -> tuple[CycleFit, Track]:

@@ -10,7 +10,8 @@ import numpy as np
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Campaign, Kind, Record, Rig, Test
 from scruton.envelope.clipping import CLIPPED, unclipped
-from scruton.envelope.cycles import cycles_from_envelope, demodulate
+from scruton.envelope.cycles import demodulate
+from scruton.envelope.extracted import cycles_from_envelope
 from scruton.envelope.lasting_modes import remark_on_lasting, without_lasting_modes
 from scruton.envelope.natural_frequency import retuned
 from scruton.envelope.other_modes import Tracked, remark_on, without_other_modes, without_suspected_modes

@@ -129,6 +129,10 @@ MOVED = 0.3  # of the amplitude that follows: by so much it is away from where i
 # a tenth, and so much of what the line rises by in a cycle.
 LET_GO_IN_IT, LACKS, LACKS_GROWING = 10.0, 0.15, 1.5
 FEWEST_IN_A_CYCLE = 5  # samples
+COARSE_ENVELOPE = 0.7  # cycles between the samples of an envelope beyond which each is a cycle's own
+# Cycles at either end of an envelope that a filter may have rounded, by how much (over noise, and over the amplitude:
+# half a step beyond the samples is foretold), and what is left.
+MOST_ROUNDED, ROUNDED_SIGMAS, ROUNDED_LEAST, FEWEST_LEFT = 3, 3.5, 0.005, 8
 # Single readings far off: times what one in a hundred is off, and of the range that the record moves over. More than so
 # many are no slips of the cable but something of the motion.
 OUTLIES, OUTLIES_MOTION, MOST_OUTLIERS = 8.0, 0.25, 10

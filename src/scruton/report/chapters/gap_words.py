@@ -114,7 +114,7 @@ def carried_sentence(fit: Mapping[str, Any]) -> str:
     entry = fit.get("effect")
     if not entry:
         return ""
-    put_in = [name for name in (entry["used"], *entry["also"]) if name != "none"]
+    put_in = [name for name in (entry["used"], *entry.get("also", ())) if name != "none"]
     if not put_in:
         return "The diagnosis found no gap: predictions contain no effect."
     p, asked = entry["probability"], "" if entry["asked"] == "auto" else ", as was asked"
