@@ -230,7 +230,7 @@ def test_envelope_from_elsewhere():
     truth = 0.06 + 0.1 * np.exp(-0.2 * t)
     found = cycles_from_envelope(t, truth + 1e-3 * rng.normal(size=len(t)), 4.0)
     error = found.amplitude - (0.06 + 0.1 * np.exp(-0.2 * found.time))
-    assert len(found.time) == 200
+    assert len(found.time) == 198
     assert found.standard_error[0] == pytest.approx(1e-3 / 5, rel=0.25)
     assert np.std(error) == pytest.approx(1e-3 / 5, rel=0.2)
     assert np.all(np.isinf(found.frequency_error))
@@ -243,8 +243,8 @@ def test_an_envelope_of_crests_and_troughs_has_no_steps_where_a_cycle_holds_thre
     truth = 0.06 + 0.1 * np.exp(-0.2 * t)
     found = cycles_from_envelope(t, truth + 3e-3 * np.cos(2.0 * np.pi * f * t), f)
     error = found.amplitude - (0.06 + 0.1 * np.exp(-0.2 * found.time))
-    assert len(found.time) == pytest.approx(400 / per_cycle, abs=1.01)
-    assert np.abs(error[1:-1]).max() < (2e-5 if per_cycle == 2.0 else 4e-4)
+    assert len(found.time) == pytest.approx(400 / per_cycle - 2, abs=1.01)
+    assert np.abs(error).max() < (2e-5 if per_cycle == 2.0 else 4e-4)
 
 
 @pytest.mark.parametrize("rounded", [0, 1, 2])
@@ -255,14 +255,15 @@ def test_the_ends_that_a_filter_has_rounded_are_left_out(rounded):
     a[: 2 * rounded] = a[2 * rounded]  # it stands, and falls later
     a[t.size - 2 * rounded :] *= 1.05
     found = cycles_from_envelope(t, a, 5.0)
-    assert len(found.time) == 60 - 2 * rounded
-    assert found.time[0] == pytest.approx(0.1 + 0.2 * rounded)
+    left = max(rounded, 1)
+    assert len(found.time) == 60 - 2 * left
+    assert found.time[0] == pytest.approx(0.1 + 0.2 * left)
 
 
-def test_a_growth_and_a_short_envelope_keep_their_ends():
+def test_a_growth_and_a_short_envelope_keep_what_follows_their_ends():
     t = np.arange(40) * 0.1
     for a in (1e-3 * np.exp(2.0 * t), 1.0 - np.exp(-0.8 * t - 0.05)):
-        assert len(cycles_from_envelope(t, a + 1e-4 * np.sin(17.0 * t), 5.0).time) == 20
+        assert len(cycles_from_envelope(t, a + 1e-4 * np.sin(17.0 * t), 5.0).time) == 18
     assert len(cycles_from_envelope(t[:12], np.r_[5.0, np.ones(11)], 5.0).time) == 6
 
 
@@ -288,7 +289,7 @@ def test_envelope_too_short():
         cycles_from_envelope(np.arange(100) / 100, np.ones(100), 2.0)
     with pytest.raises(InputError, match="found 0 cycles"):
         cycles_from_envelope(np.arange(100) / 1000, np.ones(100), 2.0)
-    assert len(cycles_from_envelope(np.arange(100) / 20, np.r_[np.zeros(90), np.ones(10)], 5.0).time) == 25, (
+    assert len(cycles_from_envelope(np.arange(100) / 20, np.r_[np.zeros(90), np.ones(10)], 5.0).time) == 23, (
         "no warning"
     )
 

@@ -25,9 +25,9 @@ def cycles_from_envelope(time: FloatArray, amplitude: FloatArray, frequency: flo
     -------
     Cycles
         The mean over every cycle that holds samples of the line through them; an envelope that is hardly finer than one
-        sample per cycle is taken as it stands. Up to three cycles at either end that leave its course, as the ends of
-        what a filter has made do, are left out. `phase` is zero, `frequency` is `frequency`, `frequency_error` is
-        infinite.
+        sample per cycle is taken as it stands. Of a finer one the cycle at either end is left out, which a filter has
+        rounded as a rule, and up to two more that leave its course. `phase` is zero, `frequency` is `frequency`,
+        `frequency_error` is infinite.
 
     Raises
     ------
@@ -52,8 +52,9 @@ def cycles_from_envelope(time: FloatArray, amplitude: FloatArray, frequency: flo
     scatter = float(np.median(np.abs(a[1:-1] - middle) / np.sqrt(1.0 + lever)) / 0.6745)
     largest = float(np.max(np.abs(a)))
     error = max(scatter, quantum_of(amplitude) / np.sqrt(12.0), 1e-9 * largest, np.finfo(float).tiny)
-    left = slice(_rounded(a, error), len(a) - _rounded(a[::-1], error))
-    t, a = t[left], a[left]
+    if np.median(counts) > 1 and len(a) > FEWEST_LEFT:
+        left = slice(_rounded(a, error), len(a) - _rounded(a[::-1], error))
+        t, a = t[left], a[left]
     n = len(t)
     return Cycles(
         time=t,
@@ -96,12 +97,12 @@ def _by_cycle(time: FloatArray, amplitude: FloatArray, frequency: float) -> tupl
 
 
 def _rounded(amplitude: FloatArray, error: float) -> int:
-    """How many cycles at the beginning of an envelope leave its course, as the ends of what a filter has made do.
+    """How many cycles at the beginning of an envelope the ends of a filter have rounded: one, or up to where it bends.
 
-    Its course is exponential or a parabola, whichever the cycle is nearer to.
+    Its course further in is exponential or a parabola, whichever a cycle is nearer to.
     """
-    found = 0
-    for i in range(min(MOST_ROUNDED, len(amplitude) - FEWEST_LEFT)):
+    found = 1
+    for i in range(1, min(MOST_ROUNDED, len(amplitude) - FEWEST_LEFT)):
         here, one, two, three = amplitude[i : i + 4]
         courses = [(3.0 * (one - two) + three, np.sqrt(20.0))]
         if min(one, two) > 0.0:

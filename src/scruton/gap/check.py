@@ -12,6 +12,7 @@ from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.thresholds import (
     BLOCKS,
     EXCESS_SIGMAS,
+    EXTRACTED,
     FEWEST_CYCLES,
     KNOCK_SIZE,
     KNOCKS,
@@ -60,8 +61,12 @@ def check(fit: FittedHypothesis) -> Check:
     sums = {name: np.zeros(2) for name in ("colour", "level", "spread", "phase")}
     fourth, count = 0.0, 0
     for cycles in _checked(fit):
-        x = amplitude[cycles][1:]
-        sums["colour"] += _ljung_box(x, float(shared[cycles].mean()))
+        x, y = amplitude[cycles][1:], phase[cycles]
+        y = y[y != 0.0]
+        if y.size:
+            sums["colour"] += _ljung_box(x, float(shared[cycles].mean()))
+        else:  # an envelope from elsewhere: what it was extracted by is shared by some cycles
+            sums["colour"] += _ljung_box(x[::EXTRACTED])
         for block in np.array_split(x, BLOCKS):
             n = block.size
             sums["level"] += block.mean() ** 2 * n, 1
@@ -70,8 +75,6 @@ def check(fit: FittedHypothesis) -> Check:
             sums["spread"] += ((cube - (1.0 - 2.0 / (9.0 * n))) / np.sqrt(2.0 / (9.0 * n))) ** 2, 1
         fourth += float(np.sum(np.minimum(x, 20.0) ** 4))
         count += x.size
-        y = phase[cycles]
-        y = y[y != 0.0]
         if y.size >= FEWEST_CYCLES:
             sums["phase"] += _ljung_box(y)
     kurtosis = (fourth / count - 3.0) / np.sqrt(24.0 / count) if count else np.nan
@@ -125,4 +128,4 @@ def knocked(fit: FittedHypothesis) -> dict[str, float]:
 
 def _ljung_box(x: FloatArray, neighbours: float = 0.0) -> tuple[float, int]:
     lags = min(LAGS, x.size // 4)
-    return ljung_box(x, lags, neighbours)[0], lags
+    return (ljung_box(x, lags, neighbours)[0], lags) if lags else (0.0, 0)

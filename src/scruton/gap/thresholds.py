@@ -108,6 +108,7 @@ FEWEST_BEATS = 1.5  # in a record, for a force off the response: slower ones are
 
 # ---- the absolute check
 LAGS = 6  # of the Ljung-Box test
+EXTRACTED = 4  # cycles that a filter may have mixed in an envelope from elsewhere
 OF_MEANS = 0.25  # correlation of neighbouring steps of a random walk that is read by its mean over every cycle: exact
 BLOCKS = 4  # parts of a record whose means and variances are compared
 FEWEST_CYCLES = 16  # of a record
