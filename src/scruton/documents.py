@@ -174,3 +174,8 @@ def replace_file(source: Path, place: Path) -> None:
 def _checksum(content: Mapping[str, Any]) -> str:
     rest = {key: value for key, value in content.items() if key != CHECKSUM}
     return sha256(json.dumps(rest, sort_keys=True).encode()).hexdigest()
+
+
+def found_beside(folder: Path, beside: str, name: str) -> Path | None:
+    """A result in the folder of the fit, or in the one beside it that its own verb writes."""
+    return next((path for path in (folder / name, folder / beside / name) if path.is_file()), None)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from scruton.app.options import check_writable, parse_damping
 from scruton.app.run import Outcome, Run, variant
+from scruton.documents import found_beside
 from scruton.errors import InputError
 from scruton.infer.store import read_draws
 from scruton.report.render_text import render_text
@@ -43,12 +44,12 @@ def predict(arguments: Namespace) -> Outcome:
     predictions = [predict(tree, scruton_number=sc, **common) for sc in arguments.sc]
     predictions += [predict(tree, damping_ratio=parse_damping(damping), **common) for damping in arguments.damping]
     content = {"predictions": [prediction.to_json() for prediction in predictions]}
-    text = "\n\n".join(
-        [render_text(prediction_summary(predictions, summary), line_width()), *_of_the_gap(results, summary)]
-    )
+    unseen = arguments.json or arguments.quiet
+    of_the_gap = [] if unseen else _of_the_gap(results, summary)
+    text = "\n\n".join([render_text(prediction_summary(predictions, summary), line_width()), *of_the_gap])
     if summary["converged"]:
         return Outcome(text, content=content)
-    remarks = [f"the fit did not converge: {', '.join(unconverged(tree))}"] if arguments.json or arguments.quiet else []
+    remarks = [f"the fit did not converge: {', '.join(unconverged(tree))}"] if unseen else []
     return Outcome(text, remarks=remarks, code=NOT_TRUSTED, content=content)
 
 
@@ -56,12 +57,13 @@ def _of_the_gap(results: Path, summary: dict[str, Any]) -> list[str]:
     """What a diagnosis of the fit, in its folder or put into it, means for the numbers above; rendered, if any."""
     from scruton.gap.results import RESULT
 
-    if not summary.get("effect") and not any((place / RESULT).is_file() for place in (results, results / "gap")):
+    path = found_beside(results, "gap", RESULT)
+    if path is None and not summary.get("effect"):
         return []
     from scruton.report.document import paragraph
     from scruton.report.saved import said_of_the_gap  # it takes its time to come
 
-    said = said_of_the_gap(results, summary, "These numbers")
+    said = said_of_the_gap(path, summary, "These numbers")
     return [render_text([paragraph(said)], line_width())] if said else []
 
 

@@ -82,13 +82,13 @@ def _by_cycle(time: FloatArray, amplitude: FloatArray, frequency: float) -> tupl
         starts = np.flatnonzero(np.diff(cycle, prepend=-1))
         counts = np.diff(starts, append=len(time))
         return np.add.reduceat(time, starts) / counts, np.add.reduceat(amplitude, starts) / counts, counts
-    count = int((time[-1] + 0.5 * step - first) * frequency * (1.0 + 1e-9))
+    last = time[-1] + 0.5 * step
+    count = int((last - first) * frequency * (1.0 + 1e-9))
     edges = first + np.arange(count + 1) / frequency
     places = np.union1d(time, edges)
     # half a step beyond the samples as the line goes
     ends = 1.5 * amplitude[[0, -1]] - 0.5 * amplitude[[1, -2]]
-    known = np.r_[first, time, time[-1] + 0.5 * step], np.r_[ends[0], amplitude, ends[1]]
-    values = np.interp(places, *known)
+    values = np.interp(places, np.r_[first, time, last], np.r_[ends[0], amplitude, ends[1]])
     area = np.r_[0.0, np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(places))]
     means = np.diff(area[np.searchsorted(places, edges)]) * frequency
     counts = np.bincount(np.floor((time - first) * frequency).astype(np.intp), minlength=count)[:count]

@@ -27,7 +27,7 @@ from scruton.griffin.posterior import (
 from scruton.griffin.remarks import of_the_damping, of_the_design, prior_speaks, unsettled_laws
 from scruton.infer.joint import curve_remark, doubted_remark
 from scruton.shown import shown
-from scruton.stats.convergence import monte_carlo_error
+from scruton.stats.convergence import by_chain, monte_carlo_error
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -131,16 +131,12 @@ class Prediction:
 
     def error(self, probability: float) -> float:
         """Monte Carlo standard error of this quantile."""
-        return monte_carlo_error(self._chained(self.draws), probability)
+        return monte_carlo_error(by_chain(self.draws, self.chains), probability)
 
     @property
     def dies_error(self) -> float:
         """Monte Carlo standard error of the probability that there is no vibration."""
-        return monte_carlo_error(self._chained((self.draws == 0.0).astype(float)))
-
-    def _chained(self, values: FloatArray) -> FloatArray:
-        """Values of the draws, (S,), by chain."""
-        return values.reshape(self.chains if values.size % self.chains == 0 else 1, -1)
+        return monte_carlo_error(by_chain((self.draws == 0.0).astype(float), self.chains))
 
     def to_json(self) -> dict[str, Any]:
         """One entry of the list "predictions" that `scruton predict --json` writes.

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from scruton.campaign.spelling import several
-from scruton.documents import as_json, read_document
+from scruton.documents import as_json, found_beside, read_document
 from scruton.gap.results import RESULT as GAP
 from scruton.griffin.compare import APART, MOVED, NARROWER, WIDER, Difference, Side, differences
 from scruton.griffin.posterior import peak_names
@@ -21,7 +21,7 @@ from scruton.report.document import Block, Chapter, Document, Listing, Table, nu
 from scruton.report.figures.compare import compare_plot
 from scruton.report.needs import for_any, governing, required_of
 from scruton.report.parts import drawn
-from scruton.report.saved import chosen_sizing, found_beside, read_sizing
+from scruton.report.saved import chosen_sizing, read_sizing
 from scruton.report.summaries import forces_hold
 from scruton.report.wording import PAGE, Notation
 from scruton.shown import shown

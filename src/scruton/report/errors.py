@@ -10,7 +10,7 @@ from scruton.arrays import FloatArray
 from scruton.griffin.posterior import printed_draws, test_names
 from scruton.infer.joint import joint_draws
 from scruton.report.wording import PAGE, Notation
-from scruton.stats.convergence import monte_carlo_error
+from scruton.stats.convergence import by_chain, monte_carlo_error
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,7 +25,7 @@ MEANING_AT_90 = "MC errors are the Monte Carlo standard errors of the median and
 
 def errors_of(draws: FloatArray, chains: int, level: float = 0.90) -> Errors:
     """Monte Carlo standard errors of the median and of both ends of an interval of draws (S,), chain after chain."""
-    rows = draws.reshape(chains if draws.size % chains == 0 else 1, -1)
+    rows = by_chain(draws, chains)
     return [_known(monte_carlo_error(rows, p)) for p in (0.5, 0.5 - level / 2, 0.5 + level / 2)]
 
 

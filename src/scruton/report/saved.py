@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scruton.documents import read_document, read_json
+from scruton.documents import found_beside, read_document, read_json
 from scruton.errors import InputError
 from scruton.gap.results import RESULT as GAP
 from scruton.infer.store import provenance_of
@@ -83,12 +83,12 @@ def saved_gap(folder: Path, summary: Mapping[str, Any]) -> Part | None:
     return Part(content)
 
 
-def said_of_the_gap(folder: Path, summary: Mapping[str, Any], numbers: str) -> str:
+def said_of_the_gap(path: Path | None, summary: Mapping[str, Any], numbers: str) -> str:
     """Whether `numbers` of a fit contain what its diagnosis found, in a sentence; empty where nothing is known of it.
 
-    A diagnosis in the folder that is damaged, or one of other records, says nothing here: `report` refuses it.
+    The diagnosis lies at `path`. One that is damaged, or of other records, says nothing here: `report` refuses it.
     """
-    path, content = found_beside(folder, "gap", GAP), None
+    content = None
     if path is not None:
         with suppress(InputError):
             content = read_document(path, "what `scruton diagnose` wrote", version=1)
@@ -190,8 +190,3 @@ def saved_crossed(folder: Path) -> dict[str, Any]:
     cases = read_json(path).get("validations", [])
     tests = {case["test"] for case in cases}
     return {case["test"]: case["prediction"] for case in cases if {*case["from"]} == tests - {case["test"]}}
-
-
-def found_beside(folder: Path, beside: str, name: str) -> Path | None:
-    """A result in the folder of the fit, or in the one beside it that its own verb writes."""
-    return next((path for path in (folder / name, folder / beside / name) if path.is_file()), None)

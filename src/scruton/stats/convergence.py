@@ -136,6 +136,11 @@ def judge(
     return Convergence(rhat, bulk, tail, tau, draws, stuck + int(frozen.sum()), acceptance, good)
 
 
+def by_chain(draws: FloatArray, chains: int) -> FloatArray:
+    """Draws (S,), chain after chain, as (chains, draws); of one chain where a short run has kept another number."""
+    return draws.reshape(chains if draws.size % chains == 0 else 1, -1)
+
+
 def monte_carlo_error(draws: FloatArray, probability: float | None = None) -> float:
     """Monte Carlo standard error of a quantile of draws, or of their mean where no probability is given.
 

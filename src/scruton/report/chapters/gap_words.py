@@ -88,8 +88,7 @@ def contained_sentence(
     if not meaning:
         return ""
     found = [] if gap["verdict"] == "none" else [gap["verdict"], *gap["also"]]
-    entry = fit.get("effect", {})
-    put_in = [name for name in (entry.get("used", "none"), *entry.get("also", ())) if name != "none"]
+    put_in = _put_in(fit.get("effect", {}))
     # what stands beside an unknown cause by its own name is no unknown cause
     missing, foreign = ([one for one in of if one not in other] for of, other in ((found, put_in), (put_in, found)))
     command, moves = meaning.get("command"), meaning.get("moves") or ""
@@ -114,13 +113,18 @@ def carried_sentence(fit: Mapping[str, Any]) -> str:
     entry = fit.get("effect")
     if not entry:
         return ""
-    put_in = [name for name in (entry["used"], *entry.get("also", ())) if name != "none"]
+    put_in = _put_in(entry)
     if not put_in:
         return "The diagnosis found no gap: predictions contain no effect."
     p, asked = entry["probability"], "" if entry["asked"] == "auto" else ", as was asked"
     unsettled = ", which is not settled; the same command without `--effect` takes it out" if p < SETTLED else ""
     first = " of the first" if len(put_in) > 1 else ""
     return f"Predictions contain {_names(put_in)}{asked}: the probability{first} is {odds(p)}{unsettled}."
+
+
+def _put_in(entry: Mapping[str, Any]) -> list[str]:
+    """The effects that a fit carries, by `effect` of its fit.json."""
+    return [name for name in (entry.get("used", "none"), *entry.get("also", ())) if name != "none"]
 
 
 def _names(effects: Iterable[str]) -> str:
