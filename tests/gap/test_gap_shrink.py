@@ -16,6 +16,7 @@ from scruton.gap.check import check
 from scruton.gap.data import load_gap
 from scruton.gap.density import density, posterior_at_mode, posterior_without, restricted
 from scruton.gap.diagnosis import NONE, Diagnosis, fit_null
+from scruton.gap.held_out import halves, without
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.shrink import shrink
 from scruton.report.chapters.gap_tables import held_out_table
@@ -315,26 +316,81 @@ def test_what_cannot_be_told_from_the_verdict_runs_up_to_nothing() -> None:
     assert shrink(diagnosis, alike=(verdict, rival))["runner_up"] is None
 
 
-def test_one_record_in_still_air_leaves_none_to_foretell_it() -> None:
+def test_of_one_record_in_still_air_either_half_of_the_amplitudes_is_foretold_from_the_other() -> None:
     campaign, _ = simulate_case(900, 1, "structural_damping_nonlinearity", 0.4)
     rig = replace(campaign.rigs[0], records=campaign.rigs[0].records[:1])
     alone = replace(campaign, rigs=(rig,), tests=())
-    found = shrink(diagnosed(alone, "structural_damping_nonlinearity", "as A^2, in every rig alike"))
-    curves = found["damping_discrepancy"]
-    assert found["headline"] is None
-    assert (curves["records"], curves["held_out_before"]) == ([], None)
+    diagnosis = diagnosed(alone, "structural_damping_nonlinearity", "as A^2, in every rig alike")
+    found = shrink(diagnosis)
+    curves, head, name = found["damping_discrepancy"], found["headline"], rig.records[0].name
+    large, small = curves["amplitudes"]
+    assert (found["held_out"], curves["records"]) == (None, [])
     assert curves["after"] < curves["before"]
+    assert curves["held_out_after"] < 0.5 * curves["held_out_before"]
+    cycles = diagnosis.data.channels
+    seen = cycles.amplitude[cycles.amplitude > 5.0 * cycles.standard_error]
+    assert (small["amplitude"][0], large["amplitude"][1]) == (seen.min(), seen.max())
+    assert small["amplitude"][1] == pytest.approx(np.sqrt(seen.min() * seen.max()), rel=0.1)
+    assert large["amplitude"][0] == pytest.approx(np.sqrt(seen.min() * seen.max()), rel=0.1)
+    assert head == {
+        "record": name, "in_wind": False, "damping_before": curves["held_out_before"],
+        "damping_after": curves["held_out_after"],
+        "damping_worse": sum(one["after"] > one["before"] for one in (large, small)),
+    }  # fmt: skip
+    said = shrink_sentence(found)
+    assert said.startswith(
+        f"Of the large and the small amplitudes of {name} left out in turn, the damping curve is off"
+    )
+    assert " of the structural damping after" in said
+    assert "no record can be left out" not in said
+    table = held_out_table({"shrink": found}, TERMINAL, "A/D")
+    assert [row[:2] for row in table.rows] == [(name, rig.name)] * 2
+    assert "structural damping" in table.note
 
 
-def test_one_record_in_wind_leaves_none_to_foretell_it() -> None:
-    """What was in sample stood here under the name of held out."""
-    campaign, _ = simulate_case(900, 3, "aerodynamic_damping_nonlinearity", 0.4, "one-rig")
+def test_what_is_left_out_of_the_only_record_is_foretold_without_it() -> None:
+    """A model that has seen the cycles left out is another one; the cycles before and after them lie on one side."""
+    campaign, _ = simulate_case(900, 1, "structural_damping_nonlinearity", 0.4)
+    rig = replace(campaign.rigs[0], records=campaign.rigs[0].records[:1])
+    data, null = fit_null(load_gap(replace(campaign, rigs=(rig,), tests=())))
+    large, small = halves(data)
+    assert np.array_equal(large, ~small)
+    assert np.flatnonzero(large)[-1] < np.flatnonzero(small)[0], "a decay"
+    spoiled = replace(
+        null.hypothesis.null, data=replace(data, channels=replace(
+            data.channels, amplitude=np.where(small, 3.0 * data.channels.amplitude, data.channels.amplitude),
+        )),
+    )  # fmt: skip
+    other = replace(null, hypothesis=replace(null.hypothesis, null=spoiled))
+    assert without(other, small) == pytest.approx(without(null, small))
+    assert without(other, large) != pytest.approx(without(null, large))
+
+
+def test_a_record_that_spans_little_says_nothing_of_other_amplitudes() -> None:
+    campaign, _ = simulate_case(900, 1, "structural_damping_nonlinearity", 0.4)
+    rig = replace(campaign.rigs[0], records=campaign.rigs[0].records[:1])
+    data = load_gap(replace(campaign, rigs=(rig,), tests=()))
+    largest = data.channels.amplitude.max()
+    near = replace(data, channels=data.channels.keep(data.channels.amplitude > 0.6 * largest))
+    few = replace(data, channels=data.channels.keep(np.arange(data.channels.size) % 20 == 0))
+    assert len(halves(data)) == 2
+    assert halves(near) == halves(few) == halves(load_gap(campaign)) == ()
+
+
+@pytest.mark.parametrize(("seed", "told"), [(3, False), (7, True)])
+def test_of_one_record_in_wind_a_damping_curve_is_foretold_if_its_transient_lasts(seed: int, told: bool) -> None:
+    """Of three cycles below the middle of its amplitudes nothing is: what was in sample stood here as held out."""
+    campaign, _ = simulate_case(900, seed, "aerodynamic_damping_nonlinearity", 0.4, "one-rig")
     (test,) = campaign.tests
     alone = replace(campaign, tests=(replace(test, records=test.records[:1]),))
     found = shrink(diagnosed(alone, "aerodynamic_damping_nonlinearity", "a part in A^2"))
-    curves = found["damping_discrepancy"]
-    assert (found["headline"], found["held_out"]) == (None, None)
-    assert (curves["tests"], curves["held_out_before"], curves["held_out_after"]) == ([], None, None)
+    curves, head = found["damping_discrepancy"], found["headline"]
+    assert (found["held_out"], curves["tests"]) == (None, [])
+    assert found["stable_amplitude"] == found["stable_amplitude_of_records"] == []
+    assert (curves["held_out_before"] is not None, head is not None, "amplitudes" in curves) == (told, told, told)
+    if told:
+        assert (head["record"], head["in_wind"]) == (test.records[0].name, True)
+        assert " of the relaxation damping after" in shrink_sentence(found)
 
 
 @pytest.mark.parametrize(

@@ -21,11 +21,15 @@ _SCATTER = (
 _OWN = ("detuning", "frequency_trend", "gain", "set_point_scatter", *_SCATTER, *_IMPERFECTIONS)
 
 
-def restricted(hypothesis: Hypothesis, records: np.ndarray) -> Hypothesis:
-    """The same hypothesis, with the same coordinates, told by the cycles of some records alone, (R,) of bool."""
-    channels = hypothesis.data.channels
-    part = replace(hypothesis.data, channels=channels.keep(records[channels.record]))
+def told_by(hypothesis: Hypothesis, cycles: np.ndarray) -> Hypothesis:
+    """The same hypothesis, with the same coordinates, told by some cycles alone, (N,) of bool."""
+    part = replace(hypothesis.data, channels=hypothesis.data.channels.keep(cycles))
     return Hypothesis(replace(hypothesis.null, data=part), hypothesis.variants)
+
+
+def restricted(hypothesis: Hypothesis, records: np.ndarray) -> Hypothesis:
+    """The same, told by all cycles of some records alone, (R,) of bool."""
+    return told_by(hypothesis, records[hypothesis.data.channels.record])
 
 
 @dataclass(frozen=True, eq=False)

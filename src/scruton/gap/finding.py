@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from scruton.gap.data import GapData
+from scruton.gap.stated import clear
 
 Range = tuple[float, float]
 Z90 = 1.6448536269514722  # of a two-sided 90 % interval
@@ -74,9 +75,9 @@ def alike(findings: Iterable[Finding], key: Callable[[Finding], object]) -> Iter
 def amplitudes_of(data: GapData, records: np.ndarray) -> Range:
     """Range of the amplitudes that can be told from noise in some records, (R,) of bool."""
     channels = data.channels.keep(records[data.channels.record])
-    clear = channels.amplitude[channels.amplitude > 5.0 * channels.standard_error]
-    clear = channels.amplitude if clear.size == 0 else clear
-    return float(clear.min()), float(clear.max())
+    seen = clear(channels)
+    amplitude = channels.amplitude[seen] if seen.any() else channels.amplitude
+    return float(amplitude.min()), float(amplitude.max())
 
 
 def time_of(data: GapData, record: int, amplitude: Range | None = None) -> Range:

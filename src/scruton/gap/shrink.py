@@ -18,8 +18,9 @@ from scruton.envelope.thresholds import SETTLED
 from scruton.gap.data import GapData, settled_end
 from scruton.gap.density import NormalPosterior, density, parameters_spent, posterior_at_mode
 from scruton.gap.diagnosis import Diagnosis
-from scruton.gap.held_out import folds, left_out
+from scruton.gap.held_out import folds, halves, left_out, without
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
+from scruton.gap.stated import clear
 from scruton.gap.thresholds import MEASURABLE_NATS
 
 METRIC = (
@@ -61,7 +62,8 @@ def shrink(diagnosis: Diagnosis, *, alike: Collection[str] = (), workers: int = 
     dict
         `shrink` of gap.json: `headline`, median errors of the stable amplitude and mean ones of the damping curves of
         tests left out, before and after, in how many tests they grew, and the `worst` amplitude after; without wind of
-        the damping curves of records, and of one `test` of those of its records; nats that the null model (`before`)
+        the damping curves of records, of one `test` of those of its records, and of a single `record` of those at its
+        large and its small amplitudes; nats that the null model (`before`)
         and the verdict's (`after`) fall short of the ceiling on all records; `fraction`, (before - after)/before, cut
         off at -1 and 1, None where the gap is too small to measure, and its `interval90` by bootstrap over records,
         None for a single one, which says nothing of its like; the same of the records `held_out`, None where none can
@@ -91,6 +93,9 @@ def shrink(diagnosis: Diagnosis, *, alike: Collection[str] = (), workers: int = 
         left_out_jobs = [[pool.submit(left_out, m, fold) for fold in held] for m in learners]
         known = np.array([job.result() for job in known_jobs])
         predictions = [[job.result() for job in jobs] for jobs in left_out_jobs]
+        parts_of_one = () if held else halves(data)
+        half_jobs = [[pool.submit(without, m, part) for m in models] for part in parts_of_one]
+        pairs = [(null.result(), final.result()) for null, final in half_jobs]
     best = int(np.argmax((known[:, 0] - 0.5 * known[:, 1]).sum(axis=1)))
     ceiling = known[best, 0] - 0.5 * known[best, 1]
     used = ceiling - (known[:2, 0] - known[:2, 1])
@@ -119,8 +124,8 @@ def shrink(diagnosis: Diagnosis, *, alike: Collection[str] = (), workers: int = 
         return [_stable_amplitude(data, held[i], nulls[i][0], others[i][0], misstated) for i in shown]
 
     stable = amplitudes(1)
-    pairs = [(null.optimum, final.optimum) for (null, *_), (final, *_) in zip(*predictions[:2], strict=True)]
-    curves = damping_discrepancy(diagnosis.null, diagnosis.final, pairs)
+    pairs += [(null.optimum, final.optimum) for (null, *_), (final, *_) in zip(*predictions[:2], strict=True)]
+    curves = damping_discrepancy(diagnosis.null, diagnosis.final, pairs, parts_of_one)
     if runner and (errors := [one["error_after"] for one in amplitudes(2)]):
         by_runner["amplitude_error"] = float(np.median(errors))
     result: dict[str, Any] = as_json({
@@ -214,7 +219,9 @@ def _stable_amplitude(
 def _headline(data: GapData, stable: Sequence[dict[str, Any]], curves: dict[str, Any]) -> dict[str, Any] | None:
     """What is left out in turn, before and after: errors over the tests or records, and in how many they grew."""
     head: dict[str, Any] = {}
-    if records := curves.get("records", []):
+    if parts := curves.get("amplitudes", []):
+        head = {"record": parts[0]["record"], "in_wind": bool(data.layout.wind.any())}
+    elif records := curves.get("records", []):
         head = {"test": data.tests[next(iter(data.first_in_wind))]} if data.layout.wind.any() else {}
         head["records"] = len(records)
     elif curves["tests"]:
@@ -231,12 +238,16 @@ def _headline(data: GapData, stable: Sequence[dict[str, Any]], curves: dict[str,
             head["worst"] = {"test": stable[int(np.argmax(after))]["test"], "error": float(after.max())}
     if head:
         head |= {f"damping_{end}": curves[f"held_out_{end}"] for end in ("before", "after")}
-        head["damping_worse"] = sum(one["after"] > one["before"] for one in records or curves["tests"])
+        each = parts or curves.get("records") or curves["tests"]
+        head["damping_worse"] = sum(one["after"] > one["before"] for one in each)
     return head or None
 
 
 def damping_discrepancy(
-    null: FittedHypothesis, final: FittedHypothesis, left_out: Sequence[tuple[FloatArray, FloatArray]]
+    null: FittedHypothesis,
+    final: FittedHypothesis,
+    left_out: Sequence[tuple[FloatArray, FloatArray]],
+    parts: Sequence[np.ndarray] = (),
 ) -> dict[str, Any]:
     """Mean distance of damping curves from the measured ones over ln(amplitude) and tests, over the relaxation rate.
 
@@ -247,7 +258,8 @@ def damping_discrepancy(
 
     `left_out` holds coordinates of the null model and the verdict's, one pair a test (or record) in order, from the
     records of the others; where none can be left out, the distances held out are None.  `tests` of the result has the
-    distances held out of each, or `records`.
+    distances held out of each, or `records`.  Of a single record they are pairs of its `parts`, masks of its cycles,
+    (N,) of bool, each from the other's, and `amplitudes` has the distances.
     """
     data, layout = final.hypothesis.data, final.hypothesis.data.layout
     still, tests = not layout.wind.any(), list(data.first_in_wind.values())
@@ -257,38 +269,49 @@ def damping_discrepancy(
     scope = scope or Scope(Extent.EACH_TEST, layout.by_test())
     fitted = final.with_variants(discrepancy("measured", scope), iterations=_ITERATIONS)
     tests = list(range(len(layout.records))) if still else wind.tolist() if single else tests
-    measured = [_curve(fitted.hypothesis, fitted.mode, r, alone=single) for r in tests]
+    of = data.channels.record
+    whole = [(r, of == r if single else np.isin(of, np.flatnonzero(layout.test == layout.test[r]))) for r in tests]
+    each = [(tests[0], part) for part in parts] or whole
 
-    def distances(hypothesis: Hypothesis, each: Sequence[FloatArray]) -> list[float]:
-        return [
-            float(np.mean(np.abs(_curve(hypothesis, u, r, alone=single) - m)) / layout.rate[r])
-            for u, m, r in zip(each, measured, tests, strict=True)
-        ]
+    def distances(
+        hypothesis: Hypothesis, places: Sequence[tuple[int, np.ndarray]], at: Sequence[FloatArray]
+    ) -> list[float]:
+        curves = (
+            np.abs(_curve(hypothesis, u, *place) - _curve(fitted.hypothesis, fitted.mode, *place))
+            for u, place in zip(at, places, strict=True)
+        )
+        return [float(np.mean(curve) / layout.rate[r]) for curve, (r, _) in zip(curves, places, strict=True)]
 
-    full = out = [distances(fit.hypothesis, [fit.mode] * len(tests)) for fit in (null, final)]
-    told = len(left_out) == len(tests)
+    full = out = [distances(fit.hypothesis, whole, [fit.mode] * len(whole)) for fit in (null, final)]
+    told = len(left_out) == len(each)
     if told:
-        out = [distances(fit.hypothesis, [pair[i] for pair in left_out]) for i, fit in enumerate((null, final))]
-    before, after, *held_out = (float(np.mean(each)) for each in (*full, *out))
-    result: dict[str, Any] = {"before": before, "after": after}
+        out = [distances(fit.hypothesis, each, [pair[i] for pair in left_out]) for i, fit in enumerate((null, final))]
+    before, after, *held_out = (float(np.mean(some)) for some in (*full, *out))
+    result: dict[str, Any] = {"tests": [], "before": before, "after": after}
     result |= dict(zip(("held_out_before", "held_out_after"), held_out if told else (None, None), strict=True))
-    names = [layout.records[r] if single else data.tests[layout.test[r]] for r in tests]
-    kind, each = ("record", "records") if single else ("test", "tests")
-    rigs = [data.rigs[layout.rig[r]] for r in tests]
-    result[each] = [
-        {kind: name, "before": before, "after": after, "rig": rig}
-        for name, rig, before, after in zip(names, rigs, *out, strict=True)
-        if told
-    ]
-    return {"tests": []} | result
+    kind = "records" if single else "tests"
+    result[kind] = []
+    if told:
+        result["amplitudes" if parts else kind] = [
+            {**_named(data, r, part if parts else None, single), "before": before, "after": after}
+            for (r, part), before, after in zip(each, *out, strict=True)
+        ]
+    return result
 
 
-def _curve(hypothesis: Hypothesis, u: FloatArray, record: int, *, alone: bool = False) -> FloatArray:
-    """Damping rate -da/dt/a of a test, or of a record `alone`, over the amplitudes read [1/s]; in a steady wind."""
-    data, layout = hypothesis.data, hypothesis.data.layout
-    cycles = data.channels.record == record
-    if not alone:
-        cycles = np.isin(data.channels.record, np.flatnonzero(layout.test == layout.test[record]))
+def _named(data: GapData, record: int, part: np.ndarray | None, single: bool) -> dict[str, Any]:
+    """What one curve is of: a part of a record, (N,) of bool, a record, or the test that one is of; and the rig."""
+    layout, named = data.layout, {"rig": data.rigs[data.layout.rig[record]]}
+    if part is None and not single:
+        return {"test": data.tests[layout.test[record]]} | named
+    seen = data.channels.amplitude[clear(data.channels) & part] if part is not None else None
+    between = {} if seen is None else {"amplitude": [seen.min(), seen.max()]}
+    return {"record": layout.records[record]} | between | named
+
+
+def _curve(hypothesis: Hypothesis, u: FloatArray, record: int, cycles: np.ndarray) -> FloatArray:
+    """Damping rate -da/dt/a in a record over the amplitudes that some cycles, (N,) of bool, read [1/s]; steady wind."""
+    data = hypothesis.data
     read = data.channels.amplitude[cycles]
     band = np.geomspace(max(np.quantile(read, 0.02), 0.03 * read.max()), read.max(), _BAND)
     table = hypothesis.table(u[None])[:, record]

@@ -6,6 +6,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.campaign.quantity import Quantity
+from scruton.dynamics.cycles import EnvelopeData
 from scruton.envelope import Cycles
 
 _CARD = 0.5  # rigs: as how many the model card's standard deviation counts beside the ring-downs of the others
@@ -41,6 +42,6 @@ def rung_down(decays: Sequence[Cycles], frequency: float) -> float:
     return max(float(np.median(rates)), 1e-5) if rates else np.nan
 
 
-def clear(cycles: Cycles) -> np.ndarray:
+def clear(cycles: Cycles | EnvelopeData) -> np.ndarray:
     """Which cycles' amplitudes can be told from noise."""
     return np.asarray(cycles.amplitude > 5.0 * cycles.standard_error)

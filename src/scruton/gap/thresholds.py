@@ -162,6 +162,8 @@ BOUND_SIGMAS = 2.0  # standard deviations of a bound: convention
 # Nats that the null model must fall short by, beyond what a right one would.  A prototype gave shares of 1 to 4 of
 # gaps that were weaker.
 MEASURABLE_NATS = 10.0
+FEWEST_OF_A_HALF = 8  # cycles at the large amplitudes of the only record, and at the small ones, each left out in turn
+LEAST_SPAN_OF_HALVES = 2.0  # its largest amplitude over the smallest: less says nothing of a damping that changes
 SCATTER_LIKE_OTHERS = 0.2  # sd of ln(scatter) of a test about that of the others, where it is not known
 
 # ---- rows of a table

@@ -32,7 +32,7 @@ def held_out_table(gap: Mapping[str, Any], of: Notation, unit: str) -> Table:
         return tuple(of.missing if error is None else f"{100.0 * error:.1f} %" for error in errors)
 
     (factor, shown), (per, _) = shown_in(unit), shown_in(SCRUTON)
-    records = curves.get("records", ())
+    records, in_wind = curves.get("records", ()), bool((shrink.get("headline") or {}).get("in_wind"))
     if not tests and "test" in (shrink.get("headline") or {}):
         level = {one["record"]: one for one in shrink["stable_amplitude_of_records"]}
         nothing = dict.fromkeys(("measured", "error_before", "error_after"))
@@ -52,6 +52,20 @@ def held_out_table(gap: Mapping[str, Any], of: Notation, unit: str) -> Table:
             f"{_OFF_BY} A record that has not settled shows no stable amplitude.",
             (False, False, True, True, True, True, True),
         )
+    if parts := curves.get("amplitudes", ()):
+        return Table(
+            "gap_amplitudes",
+            "Errors of what the rest of the record foretells of its large and its small amplitudes, before and after "
+            "the effect is put in",
+            ("record", "rig", f"amplitudes [{of.unit(shown)}]", *_ERRORS[2:]),
+            [
+                (one["record"], one["rig"], of.range([factor * end for end in one["amplitude"]], 3),
+                 *off(one["before"], one["after"]))
+                for one in parts
+            ],
+            f"Damping: the curve, in the mean, over the {'relaxation' if in_wind else 'structural'} damping.",
+            (False, False, True, True, True),
+        )  # fmt: skip
     if not tests:
         return Table(
             "gap_amplitudes",

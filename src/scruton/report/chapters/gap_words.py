@@ -159,11 +159,12 @@ def _headline(head: Mapping[str, Any] | None) -> str:
         return ""
     if "test" in head:
         return _of_one_test(head)
-    if "records" in head:  # still air: nothing is stable
+    if "tests" not in head:  # still air, or a single record: nothing stable is foretold
+        whose, damping = _left_out(head)
         return (
-            f"Of records left out in turn, the damping curve is off by {_off(head['damping_before'])} before and "
-            f"{_off(head['damping_after'])} of the structural damping after"
-            f"{_worse(head['damping_worse'], head['records'])}."
+            f"Of {whose} left out in turn, the damping curve is off by {_off(head['damping_before'])} before and "
+            f"{_off(head['damping_after'])} of the {damping} damping after"
+            f"{_worse(head['damping_worse'], head.get('records', 2))}."
         )
     tests = head["tests"]
     words = (
@@ -183,8 +184,7 @@ def _as_it_is(head: Mapping[str, Any] | None) -> str:
     """Errors of what is left out in turn, of a model that nothing can be put into."""
     if not head:
         return ""
-    whose = "tests" if "tests" in head else f"the records of {head['test']}" if "test" in head else "records"
-    damping = "relaxation" if "tests" in head or "test" in head else "structural"
+    whose, damping = _left_out(head)
     off = []
     if "amplitude_before" in head:
         off.append(f"the stable amplitude is off by {_off(head['amplitude_before'])} (median)")
@@ -192,6 +192,14 @@ def _as_it_is(head: Mapping[str, Any] | None) -> str:
         curve = f"the damping curve{'' if off else ' is off'} by {_off(head['damping_before'])}"
         off.append(f"{curve} of the {damping} damping")
     return f"Of {whose} left out in turn, {' and '.join(off)}." if off else ""
+
+
+def _left_out(head: Mapping[str, Any]) -> tuple[str, str]:
+    """What is left out in turn, and the damping that errors of damping curves are relative to."""
+    if "record" in head:
+        return f"the large and the small amplitudes of {head['record']}", ("structural", "relaxation")[head["in_wind"]]
+    whose = "tests" if "tests" in head else f"the records of {head['test']}" if "test" in head else "records"
+    return whose, "relaxation" if "tests" in head or "test" in head else "structural"
 
 
 def _of_one_test(head: Mapping[str, Any]) -> str:
@@ -231,6 +239,8 @@ def _density(entry: Mapping[str, Any]) -> str:
     """The part of the gap in the density of the records that closes."""
     words = f"Put into the model, it closes {_share(entry)} of the gap on the records used"
     if not entry.get("held_out"):
+        if "record" in (entry.get("headline") or {}):
+            return f"{words}."
         return f"{words}; no record can be left out to test that on what the model has not seen."
     words += f", and {_share(entry['held_out'])} on records held out"
     runner, closed = entry.get("runner_up"), entry["held_out"].get("fraction")
