@@ -16,7 +16,9 @@ from scruton.dynamics.effects.effect import DAMPING, DRIVE, FREQUENCY, REPEATED,
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.screen import ScoreTest, Screen, first_starts
 from scruton.gap.thresholds import (
+    CONVERGED,
     CREEP,
+    FAR_BEHIND_THE_BEST,
     FIT_SHARE,
     FIT_WITHIN,
     HOPELESS,
@@ -27,6 +29,7 @@ from scruton.gap.thresholds import (
     READING_SHARE,
     REFINED_NATS,
     REPEATS,
+    ROUGHLY,
 )
 
 
@@ -80,11 +83,13 @@ def weigh(
             for effect, tests in zip(effects, tested, strict=True)
         ]
 
-        def fits(tests: Sequence[ScoreTest]) -> list[FittedHypothesis]:
-            return list(pool.map(lambda test: base.with_variants(test.variant, start=test.start), tests))
+        def fits(tests: Sequence[ScoreTest], tolerance: float = CONVERGED) -> list[FittedHypothesis]:
+            return list(
+                pool.map(lambda test: base.with_variants(test.variant, start=test.start, tolerance=tolerance), tests)
+            )
 
         chosen = [ranked[0] for ranked in promising if ranked]
-        found = fits(chosen)
+        found = fits(chosen, ROUGHLY)
         # Promises hold to second order: what comes near the lesser of what the first one promised and what it kept.
         kept = {
             test.variant.effect: fit.log_evidence - base.log_evidence for test, fit in zip(chosen, found, strict=True)
@@ -103,7 +108,9 @@ def weigh(
             others += [test for test in ranked if test.gain >= needed]
         if known is not None and known.variant is not None:
             others.append(ScoreTest(known.variant, 0.0, known.optimum))
-        chosen, found = [*chosen, *others], [*found, *fits(others)]
+        chosen, found = [*chosen, *others], [*found, *fits(others, ROUGHLY)]
+        near = max(fit.log_evidence for fit in (base, *found)) - FAR_BEHIND_THE_BEST
+        found = list(pool.map(lambda fit: fit.hypothesis.fit(fit.mode) if fit.log_evidence > near else fit, found))
         finer = list(_refinements(base, tested, chosen, found))
         chosen, found = [*chosen, *finer], [*found, *fits(finer)]
     twins = list(_twins(base, [test for tests in tested for test in tests], chosen, found))

@@ -23,7 +23,7 @@ from scruton.dynamics.reading import readings
 from scruton.gap.blocks import Block, blocks, by_channel
 from scruton.gap.data import GapData
 from scruton.gap.null_model import NullModel
-from scruton.gap.thresholds import LOST
+from scruton.gap.thresholds import CONVERGED, LOST
 from scruton.stats.fisher_scoring import climb, inverse
 from scruton.stats.student_t import StudentT
 from scruton.stats.thresholds import WIDEN
@@ -76,11 +76,13 @@ class FittedHypothesis:
         return StudentT(self.mode, np.linalg.cholesky(self.covariance) * WIDEN, _FREEDOM)
 
     def with_variants(
-        self, *variants: Variant, start: Mapping[str, FloatArray] | None = None, iterations: int = 40
-    ) -> "FittedHypothesis":
+        self, *variants: Variant, start: Mapping[str, FloatArray] | None = None, iterations: int = 40,
+        tolerance: float = CONVERGED,
+    ) -> "FittedHypothesis":  # fmt: skip
         """Add variants and fit from this optimum, the last one's parameters from `start` (zero by default)."""
         larger = self.hypothesis.extended(*variants)
-        return larger.fit(larger.start_from(self.mode, start or {}), iterations=iterations)
+        first = larger.start_from(self.mode, start or {})
+        return larger.fit(first, iterations=iterations, tolerance=tolerance)
 
     def slopes(
         self, function: Callable[[FloatArray], FloatArray], fraction: float, at: FloatArray | None = None
@@ -286,7 +288,9 @@ class Hypothesis:
         value = -0.5 * float(np.sum(v * (v * weight) + log_s + _LOG_2PI)) + float(self.log_prior(u[None])[0])
         return value, gradient, fisher
 
-    def fit(self, start: FloatArray | None = None, *, iterations: int = 40) -> FittedHypothesis:
+    def fit(
+        self, start: FloatArray | None = None, *, iterations: int = 40, tolerance: float = CONVERGED
+    ) -> FittedHypothesis:
         """Climb to the optimum and apply Laplace's approximation there.
 
         Parameters
@@ -295,6 +299,8 @@ class Hypothesis:
             The centre of the prior by default.
         iterations : int
             At most so many steps.
+        tolerance : float
+            Gain of a step, in nats, below which it was the last.
         """
         location, scale = self.prior
 
@@ -305,7 +311,7 @@ class Hypothesis:
         first = self.start() if start is None or not np.isfinite(log_prob(start[None])[0]) else start.copy()
         for _ in range(2):
             u, (_, _, fisher) = climb(
-                self.scores, log_prob, first, iterations=iterations,
+                self.scores, log_prob, first, iterations=iterations, tolerance=tolerance,
                 limit=lambda u: np.where(self._logarithmic, 1.5, 5.0 * scale + np.abs(u - location)),
             )  # fmt: skip
             if np.array_equal(first := self._upright(u), u):
