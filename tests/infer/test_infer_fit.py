@@ -1,8 +1,10 @@
 """A whole fit: what it finds, what it writes, that it is the same again."""
 
 import json
+import re
 import shutil
 from dataclasses import replace
+from types import SimpleNamespace
 
 import arviz as az
 import numpy as np
@@ -13,7 +15,10 @@ from scruton.campaign import load_campaign, tests_used
 from scruton.cli import main
 from scruton.griffin import predict
 from scruton.infer.cards import load_card
+from scruton.infer.criticism import criticise_tree
+from scruton.infer.examined import _runs
 from scruton.infer.fit import fit_campaign
+from scruton.infer.free_runs import RUNS
 from scruton.infer.joint import joint_draws, names_at_prior
 from scruton.infer.models import WIND
 from scruton.infer.sampling import Sampling
@@ -88,6 +93,26 @@ def test_groups_of_the_tree(tree):
         assert np.isfinite(tree["posterior"][name]).all()
     assert (tree["posterior"]["Y1"] < 0).all()
     assert (tree["trial_function"]["b"] > tree["trial_function"]["d"]).all()
+
+
+def test_free_runs_are_of_every_law_by_its_weight(tree):
+    """What is examined of one law alone is not the model that predicts."""
+    weight = dict(zip(tree["laws"]["law"].to_numpy().tolist(), tree["laws"]["weight"].to_numpy().tolist(), strict=True))
+    words = tree["examined"].attrs["runs"]
+    shares = {label: float(share) for label, share in re.findall(r"(n=-?[\d.]+|n free) (\d+) %", words)}
+    assert set(shares) == {label for label, one in weight.items() if one > 1.0 / RUNS}
+    assert shares == pytest.approx({label: 100.0 * weight[label] for label in shares}, abs=1.0)
+    assert tree["posterior_predictive"]["amplitude"].sizes["draw"] == RUNS
+    assert np.isfinite(tree["posterior_predictive"]["amplitude"]).all()
+    assert f"free runs are of every law by its weight ({words})" in criticise_tree(tree, {}).model
+
+
+@pytest.mark.parametrize(("weights", "runs"), [((1.0, 0.0), [250]), ((0.0, 1.0), [250]), ((0.9, 0.1), [225, 25])])
+def test_a_law_that_carries_nothing_has_no_free_run(weights, runs):
+    laws = tuple(SimpleNamespace(label=label) for label in ("n=-1", "n=0"))
+    joint = SimpleNamespace(laws=laws, weights=SimpleNamespace(labels=("n=-1", "n=0"), weight=np.array(weights)))
+    assert list(_runs(joint).values()) == pytest.approx(runs, abs=1)
+    assert sum(_runs(joint).values()) == RUNS
 
 
 def test_arviz_reads_it(tree):

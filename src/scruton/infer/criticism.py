@@ -246,6 +246,8 @@ def _model(tree: "xr.DataTree") -> str:
     others = int(tree["examined"].sizes["test"]) - peaks
     words = f"the law {law}, which has the most weight in predictions, and the joint posterior of "
     words += f"{peaks} peak test{'s' if peaks > 1 else ''}"
+    if "runs" in of:
+        words += f"; free runs are of every law by its weight ({of['runs']})"
     return words + (f"; {others} at other wind speeds by the reference law" if others else "")
 
 

@@ -1,19 +1,20 @@
 """The model that predicts as `scruton criticise` examines it: the joint posterior of the law with the most weight.
 
-Its draws by test, what they are conditioned on, and what they say of every cycle.  Tests at other wind speeds than the
-peak are no part of the joint posterior: they are examined by their own, under the reference law.
+Its draws by test, what they are conditioned on, and what they say of every cycle.  What the model would have done, run
+freely, is of every law by its weight, as predictions are.  Tests at other wind speeds than the peak are no part of the
+joint posterior: they are examined by their own, under the reference law.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
 from scruton.arrays import FloatArray, end_to_end
-from scruton.infer.free_runs import free_runs
+from scruton.infer.free_runs import RUNS, free_runs
 from scruton.infer.hierarchy import SHARED, CampaignPosterior
-from scruton.infer.joint import SCALES, evenly
+from scruton.infer.joint import SCALES, evenly, mixed
 from scruton.infer.models import NOISE, WindPosterior
 from scruton.infer.result_schema import EXAMINED_LIKELIHOOD, SCHEMA, dataset, joined
 from scruton.infer.results import LawResult, PeakResult, TestResult
@@ -51,9 +52,9 @@ def leading(joint: PeakResult) -> LawResult:
     return max(joint.laws, key=lambda law: weight[law.label])
 
 
-def examined(tests: Sequence[TestResult], joint: PeakResult) -> list[Examined]:
-    """Every test in the model that predicts, in the order of the tests, all with as many chains and draws."""
-    peaks = _of_law(leading(joint), joint.tests, tests[0].samples.log_prob.shape)
+def examined(tests: Sequence[TestResult], joint: PeakResult, law: LawResult) -> list[Examined]:
+    """Every test in the joint posterior of one law, in the order of the tests, all with as many chains and draws."""
+    peaks = _of_law(law, joint.tests, tests[0].samples.log_prob.shape)
     return [peaks[result.test.name] if result.test.name in peaks else _alone(result) for result in tests]
 
 
@@ -115,7 +116,9 @@ def examined_groups(
     tests: Sequence[TestResult], joint: PeakResult, ensemble: np.ndarray, sampling: Sampling
 ) -> dict[str, xr.Dataset]:
     """Groups of the tree: `examined`, and what the same draws say of every cycle."""
-    parts, law = examined(tests, joint), leading(joint)
+    law, runs = leading(joint), _runs(joint)
+    by_law = {one.label: examined(tests, joint, one) for one in joint.laws if one is law or one.label in runs}
+    parts = by_law[law.label]
     known = [variable.name for variable in SCHEMA["examined"]]
     names = [name for name in known if all(name in part.values for part in parts)]
     group = dataset(
@@ -124,24 +127,46 @@ def examined_groups(
     )  # fmt: skip
     group.attrs["law"], group.attrs["n"] = law.label, np.nan if law.posterior.exponent else law.posterior.n
     group.attrs["peaks"] = len(joint.tests)
-    return {"examined": group, **_by_cycle(parts, ensemble, sampling)}
+    if len(runs) > 1:
+        group.attrs["runs"] = ", ".join(f"{label} {100.0 * count / RUNS:.0f} %" for label, count in runs.items())
+    streams = {label: "" if label == law.label else f", {label}" for label in runs}
+    free = [
+        _freely([(by_law[label][j], count, sampling.generator(f"predictive of {part.name}{streams[label]}"))
+                 for label, count in runs.items()])
+        for j, part in enumerate(parts) if part.posterior.data.size
+    ]  # fmt: skip
+    return {"examined": group, **_by_cycle(parts, free, ensemble)}
 
 
-def _by_cycle(parts: Sequence[Examined], ensemble: np.ndarray, sampling: Sampling) -> dict[str, xr.Dataset]:
+def _runs(joint: PeakResult) -> dict[str, int]:
+    """How many of all free runs are of each law: as many as its weight says; laws without any are left out."""
+    weight = dict(zip(joint.weights.labels, joint.weights.weight.tolist(), strict=True))
+    of = mixed(np.array([weight[law.label] for law in joint.laws]), RUNS)
+    return {law.label: count for k, law in enumerate(joint.laws) if (count := int(np.count_nonzero(of == k)))}
+
+
+def _freely(of_laws: Iterable[tuple[Examined, int, np.random.Generator]]) -> tuple[FloatArray, FloatArray]:
+    """So many free runs of one test under each law, (RUNS, N) in all: without noise, and with it."""
+    each = [free_runs(one.posterior, one.chain, rng, count) for one, count, rng in of_laws]
+    mean, replicate = (np.concatenate(runs) for runs in zip(*each, strict=True))
+    return mean, replicate
+
+
+def _by_cycle(
+    parts: Sequence[Examined], free: Sequence[tuple[FloatArray, FloatArray]], ensemble: np.ndarray
+) -> dict[str, xr.Dataset]:
     """Pointwise likelihood, free runs and innovations of every cycle; nothing where no test has any."""
     steady = np.stack([_log_steady(part, ensemble) for part in parts], axis=-1)
     names = [part.name for part in parts]
     parts = [part for part in parts if part.posterior.data.size]
     if not parts:
         return {}
-    pointwise, runs = [], []
+    pointwise = []
     for part in parts:
         chain = joined(part.chain, ensemble)[:, ::POINTWISE_THIN]
         flat = part.posterior.pointwise(end_to_end(chain))
         pointwise.append(flat.reshape(*chain.shape[:2], -1))
-        rng = sampling.generator(f"predictive of {part.name}")
-        runs.append(free_runs(part.posterior, part.chain, rng))
-    mean, replicate = (np.concatenate(run, axis=-1)[None] for run in zip(*runs, strict=True))
+    mean, replicate = (np.concatenate(run, axis=-1)[None] for run in zip(*free, strict=True))
     observed = np.concatenate([part.posterior.data.amplitude for part in parts])
     standardised = np.concatenate([part.posterior.standardised(part.chain) for part in parts])
     amplitude = np.concatenate(pointwise, axis=-1)

@@ -13,20 +13,22 @@ from scruton.infer.models import WindPosterior
 RUNS = 250  # free runs of a test
 
 
-def free_runs(posterior: WindPosterior, chain: FloatArray, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Run the model under `RUNS` draws, spread evenly, from the start of every record, never corrected on the way.
+def free_runs(
+    posterior: WindPosterior, chain: FloatArray, rng: np.random.Generator, runs: int = RUNS
+) -> tuple[FloatArray, FloatArray]:
+    """Run the model under some draws, spread evenly, from the start of every record, never corrected on the way.
 
-    Gives the amplitude without noise and a replicate of the data with turbulence and sensor noise, (RUNS, N) each.
+    Gives the amplitude without noise and a replicate of the data with turbulence and sensor noise, (runs, N) each.
     The initial state of a record is drawn from its distribution after the record's first amplitude.
     """
     flat = end_to_end(chain)
-    u = flat[np.linspace(0, len(flat) - 1, RUNS).round().astype(int)]
+    u = flat[np.linspace(0, len(flat) - 1, runs).round().astype(int)]
     data = posterior.data
-    size = (RUNS, data.size)
+    size = (runs, data.size)
     first = rng.standard_normal(size)  # used at the first cycle of a record only
     mean, replicate = np.empty(size), np.empty(size)
     a_star, lam, q, r, wind = posterior.state_space(u)
-    theta = np.concatenate([np.zeros((RUNS, 1)), posterior.departures(u, rng)], axis=1)
+    theta = np.concatenate([np.zeros((runs, 1)), posterior.departures(u, rng)], axis=1)
     _run(
         data.amplitude, data.standard_error, data.gap, data.period, a_star, lam, q, r, *wind.sizes, theta,
         posterior.exponents(u), posterior.initial_sd**2, first, rng.standard_normal((6, *size)), mean, replicate,
