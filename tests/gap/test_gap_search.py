@@ -170,6 +170,21 @@ def test_what_does_better_beside_the_others_takes_a_place(found: Search) -> None
     assert {place.best.name: place.gains[place.best.name] for place in places} == {A: 90.0, B: 80.0}
 
 
+def test_no_place_is_judged_twice_beside_the_same_effects(found: Search, monkeypatch: pytest.MonkeyPatch) -> None:
+    """B takes the place of the one that joined first: beside A it is not judged once more, and A is, beside B."""
+    asked: list[tuple[str, ...]] = []
+    together = module._together
+
+    def counted(null: Any, effects: Sequence[Candidate]) -> Any:
+        asked.append(tuple(effect.name for effect in effects))
+        return together(null, effects)
+
+    monkeypatch.setattr(module, "_together", counted)
+    world: World = {(C,): 60.0, (A,): 50.0, (B,): 40.0, (C, B): 90.0, (C, A): 70.0, (A, B): 130.0, ("unknown",): 30.0}
+    assert sorted(names(found(world))) == [A, B]
+    assert len(asked) == len(set(asked)) == 3, asked
+
+
 def test_what_mends_nothing_any_more_leaves(found: Search) -> None:
     world: World = {(C,): 60.0, (A,): 50.0, (B,): 40.0, (C, B): 90.0, (C, A): 70.0, (A, B): 130.0, (A, B, C): 141.0}
     assert sorted(names(found(world | {("unknown",): 30.0}))) == sorted([A, B, C])

@@ -357,12 +357,16 @@ def _settled(null: FittedHypothesis, chain: Sequence[Candidate], beside: Weigh) 
     # Those on damping come before those that only the frequency shows.
     chain = sorted(chain, key=lambda candidate: _of_frequency(candidate.name))
     places: list[Place] = []
+    judged: dict[int, tuple[list[object], Place]] = {}  # beside which forms, of every place
     for _ in range(thresholds.ROUNDS):
         before, places = _forms(chain), []
         for i in reversed(range(len(chain))):
             others = [candidate for k, candidate in enumerate(chain) if k != i]
-            base = _together(null, others)
-            place = Place(base, beside(base, {candidate.name for candidate in others}, chain[i]))
+            if i not in judged or judged[i][0] != _forms(others):
+                base = _together(null, others)
+                place = Place(base, beside(base, {candidate.name for candidate in others}, chain[i]))
+                judged[i] = _forms(others), place
+            place = judged[i][1]
             places.insert(0, place)
             if place.best.best is not None:
                 chain[i] = place.best
