@@ -174,7 +174,7 @@ def script(name: str):
     return module
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_tables_of_the_rectangle_are_those_that_its_script_prints(capsys):
     script("table5.py").main()
     printed = capsys.readouterr().out.strip("\n")

@@ -69,7 +69,7 @@ def test_what_is_asked_is_what_the_page_shows_and_the_campaign_is_the_example(fo
     assert [one["mass"] for one in made["rigs"]] == [one["mass"]["mean"] for one in example["rigs"]]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow  # quicker: the first two, above, a report in test_cli.py, and that all parse, in test_docs.py
 def test_the_four_commands_as_they_are_written_leave_a_report(folder: Path) -> None:
     for words in commands("3. "):
         do(words, folder)

@@ -66,9 +66,9 @@ def test_another_run_does_not_go_on_with_it(tmp_path, change, words) -> None:
 
 
 @pytest.mark.usefixtures("no_figures")
-def test_every_json_has_the_same_block(small_results, tmp_path, monkeypatch, capsys) -> None:
+def test_every_json_has_the_same_block(quick_results, tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.setattr("scruton.app.criticise._figures", lambda *_: [])
-    results = shutil.copytree(small_results, tmp_path / "fit")
+    results = shutil.copytree(quick_results, tmp_path / "fit")
     assert main(["size", str(results), "--limit", "0.05", "--seed", "5", "--quiet"]) == 0
     main(["criticise", str(results), "--seed", "5", "--quiet"])
     capsys.readouterr()

@@ -296,7 +296,7 @@ def test_whole_pipe(one_job):
     assert one["scores"]["epsilon"]["posterior_sd"] < 1.0
 
 
-@pytest.mark.thorough
+@pytest.mark.slow  # quicker: a challenge whose worker is killed, in test_app_spread.py
 def test_processes_do_not_change_a_digit(one_job):
     """Tables are made from the records in the order of their index, so equal records are equal tables."""
     tasks = [("growth", 0), ("turbulence-1", 1)]
@@ -308,7 +308,6 @@ def test_processes_do_not_change_a_digit(one_job):
         assert json.loads(json.dumps(other)) | {"seconds": 0} == one | {"seconds": 0}
 
 
-@pytest.mark.thorough
 def test_resume_after_an_interruption_gives_the_same_bytes(one_job, tmp_path):
     out = tmp_path / "cut"
 

@@ -200,6 +200,7 @@ def test_other_bad_arguments(small_campaign, small_results, tmp_path, capsys):
     assert not (tmp_path / "o").exists()
 
 
+@pytest.mark.thorough
 def test_killed_and_resumed_is_bit_for_bit_the_uninterrupted_run(small_campaign, tmp_path, capsys):
     card = tmp_path / "card.toml"
     card.write_text(CARD.format(min_ess=400), encoding="utf-8")

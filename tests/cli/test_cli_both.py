@@ -1,7 +1,9 @@
 """`scruton size --other`: heaving and torsion of one bridge, from two small fits to the report."""
 
+import io
 import json
 import shutil
+from contextlib import redirect_stdout
 
 import pytest
 
@@ -87,12 +89,25 @@ def deck(tmp_path_factory, quick_results):
 
 
 @pytest.fixture(scope="module")
-def sized(deck):
+def first(deck):
     """The first sizing of the deck, where it goes by itself."""
+    return sizing_of(deck)
+
+
+@pytest.fixture(scope="module")
+def sized(first):
+    return first[0]
+
+
+def sizing_of(deck):
+    """Size the deck: where it went, and what was printed on a terminal of eighty columns."""
     heaving, torsion, bridge = deck
-    arguments = ["size", heaving, "--other", torsion, "--bridge", bridge, "--quiet"]
-    assert main([str(one) for one in arguments]) in (0, 1)
-    return heaving / "sizing"
+    printed, before = io.StringIO(), set(heaving.glob("sizing*"))
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(printed):
+        patch.setenv("COLUMNS", "80")
+        assert main([str(one) for one in ("size", heaving, "--other", torsion, "--bridge", bridge)]) in (0, 1)
+    (folder,) = {*heaving.glob("sizing*")} - before
+    return folder, printed.getvalue()
 
 
 def test_each_motion_has_its_file_and_both_the_union(sized):
@@ -113,22 +128,26 @@ def test_each_motion_has_its_file_and_both_the_union(sized):
         assert path.stat().st_size > 5_000
 
 
-@pytest.mark.thorough
+@pytest.mark.slow  # quicker: of one motion, in test_cli_alike.py
 @pytest.mark.usefixtures("no_figures")
-def test_the_terminal_shows_both_in_eighty_columns_and_a_second_run_gets_a_number(deck, sized, capsys, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "80")
-    heaving, torsion, bridge = deck
-    assert main([str(one) for one in ("size", heaving, "--other", torsion, "--bridge", bridge)]) in (0, 1)
-    text = capsys.readouterr().out
+def test_a_second_run_gets_a_number(deck, sized):
+    folder, text = sizing_of(deck)
+    assert folder == deck[0] / "sizing-2"
     for part in ("", "torsional"):
         assert (sized / part / "sizing.json").is_file()
-        assert str(heaving / "sizing-2" / part / "sizing.json") in text
+        assert str(folder / part / "sizing.json") in text
+
+
+def test_the_terminal_shows_both_in_eighty_columns(deck, first):
+    heaving, (folder, text) = deck[0], first
+    assert folder == heaving / "sizing"
+    for part in ("", "torsional"):
+        assert str(folder / part / "sizing.json") in text
     lines = [line for line in text.splitlines() if not line.startswith(str(heaving))]
     assert max(map(len, lines)) <= 80
     assert "T1 (torsional)" in " ".join(" ".join(lines).split())
 
 
-@pytest.mark.thorough
 def test_the_report_of_results_shows_both(deck, sized, tmp_path):
     folder = tmp_path / "results"
     shutil.copytree(deck[0], folder, ignore=shutil.ignore_patterns("sizing*", ".scruton"))
@@ -138,9 +157,23 @@ def test_the_report_of_results_shows_both(deck, sized, tmp_path):
     assert "Heaving and torsion together" in text
     assert "mode T1" in text
     assert "Torsional modes" in text
+    said_of_both(next(folder.rglob("report.json")))
 
 
-@pytest.mark.thorough
+def said_of_both(path):
+    numbers, text = json.loads(path.read_text()), path.with_name("report.html").read_text(encoding="utf-8")
+    assert not numbers["failures"]
+    assert {"decision", "risk", "risk_torsional", "decision_torsional", "required_damping_torsional"} <= {
+        *numbers["figures"]
+    }
+    assert {"required_damping", "required_damping_torsional", "both"} <= {*numbers["tables"]}
+    first, later = text.split('id="sizing"', 1)
+    for said in ("mode V1", "mode T1 (torsional)", "Risk of any mode"):
+        assert said in first.split('id="summary"', 1)[1]
+    assert later.index("Heaving modes") < later.index("Torsional modes") < later.index("Heaving and torsion together")
+
+
+@pytest.mark.slow  # quicker: the report of results, above, and one motion by both verbs, in test_cli_size.py
 def test_a_report_sizes_both_motions_as_size_does(deck, sized, tmp_path):
     heaving, torsion, bridge = deck
     out = tmp_path / "report"
@@ -151,17 +184,7 @@ def test_a_report_sizes_both_motions_as_size_does(deck, sized, tmp_path):
         assert made["both"] == by_size["both"]
         assert made["modes"] == by_size["modes"]
         assert made["provenance"]["bridge_sha256"] == by_size["provenance"]["bridge_sha256"]
-    numbers = json.loads((out / "report.json").read_text())
-    assert not numbers["failures"]
-    assert {"decision", "risk", "risk_torsional", "decision_torsional", "required_damping_torsional"} <= {
-        *numbers["figures"]
-    }
-    assert {"required_damping", "required_damping_torsional", "both"} <= {*numbers["tables"]}
-    text = (out / "report.html").read_text(encoding="utf-8")
-    first, later = text.split('id="sizing"', 1)
-    for said in ("mode V1", "mode T1 (torsional)", "Risk of any mode"):
-        assert said in first.split('id="summary"', 1)[1]
-    assert later.index("Heaving modes") < later.index("Torsional modes") < later.index("Heaving and torsion together")
+    said_of_both(out / "report.json")
 
 
 def test_a_report_of_both_motions_wants_the_bridge_and_a_fit_of_the_other(deck, tmp_path, capsys):

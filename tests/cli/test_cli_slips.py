@@ -130,8 +130,8 @@ def test_predict_flags_a_damping_that_no_structure_has(small_results, capsys):
 
 
 @pytest.mark.usefixtures("no_figures")
-def test_size_flags_a_damping_that_no_structure_has(small_results, tmp_path, capsys):
-    arguments = ("size", small_results, "--limit", "0.02", "--damping", "0.3", "-o", tmp_path / "sizing", "--quiet")
+def test_size_flags_a_damping_that_no_structure_has(quick_results, tmp_path, capsys):
+    arguments = ("size", quick_results, "--limit", "0.02", "--damping", "0.3", "-o", tmp_path / "sizing", "--quiet")
     assert run(*arguments, capsys=capsys)[0] == 0
     flags = json.loads((tmp_path / "sizing" / "sizing.json").read_text(encoding="utf-8"))["flags"]
     assert any("mode section: the design damping is 30 %" in one for one in flags)

@@ -32,8 +32,8 @@ def campaign(small_campaign, tmp_path):
 
 
 @pytest.fixture
-def results(small_results, tmp_path):
-    return shutil.copytree(small_results, tmp_path / "results")
+def results(quick_results, tmp_path):
+    return shutil.copytree(quick_results, tmp_path / "results")
 
 
 @pytest.fixture
@@ -168,7 +168,7 @@ def test_a_summary_of_another_kind_is_refused(results, capsys, content, word):
     refused("predict", results, "--sc", 30, capsys=capsys, words=["fit.json", word])
 
 
-def test_files_of_two_fits_do_not_go_together(results, small_results, tmp_path, capsys):
+def test_files_of_two_fits_do_not_go_together(results, capsys):
     summary = json.loads((results / "fit.json").read_text(encoding="utf-8"))
     write_document(results / "fit.json", summary | {"files": {"posterior.nc": "0" * 64}})
     refused("predict", results, "--sc", 30, capsys=capsys, words=["posterior.nc", "of another fit"])

@@ -84,9 +84,18 @@ EFFECTS = {
 }
 
 
+def by_turns(first):
+    """Every effect as growth or as decay, by turns; the other start of each is slow."""
+    starts = (0.15, 2.0)
+    return [
+        pytest.param(name, start, marks=pytest.mark.slow if (i + k + first) % 2 else ())
+        for i, name in enumerate(EFFECTS)
+        for k, start in enumerate(starts)
+    ]
+
+
 @pytest.mark.thorough
-@pytest.mark.parametrize("start", [0.15, 2.0])
-@pytest.mark.parametrize("name", EFFECTS)
+@pytest.mark.parametrize(("name", "start"), by_turns(0))
 def test_filter_against_a_grid_filter(rng, name, start):
     """To 0.1 in log likelihood per 100 cycles, as growth and decay, with 2 % turbulence scatter."""
     terms, more = EFFECTS[name]
@@ -219,8 +228,7 @@ def test_gusts_and_set_points_are_those_of_the_paper_law(rng, wind, pause):
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("start", [0.15, 2.0])
-@pytest.mark.parametrize("name", EFFECTS)
+@pytest.mark.parametrize(("name", "start"), by_turns(1))
 def test_gusts_with_an_effect_against_small_steps(rng, name, start):
     """Linearised along the mean, with all states side by side; the first cycles differ by how half a cycle is stepped.
 

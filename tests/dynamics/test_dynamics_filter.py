@@ -113,7 +113,7 @@ def test_the_drift_of_the_family_states_its_derivative_and_its_stable_amplitude(
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("start", [0.15, 2.0])
+@pytest.mark.parametrize("start", [0.15, pytest.param(2.0, marks=pytest.mark.slow)])
 def test_a_law_outside_the_family_against_a_grid_filter(rng, start):
     """To 0.1 in log likelihood per 100 cycles; with a wrong derivative of the drift it is not."""
     q, se = 0.02 * A_STAR, 0.0004

@@ -48,12 +48,14 @@ def test_fuzz_harness_sees_planted_faults(stock: Stock, tmp_path: Path) -> None:
         assert any(one.cause.startswith(plants.CAUSES[name]) for one in outcome.faults), (name, outcome)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("prepare", [plants.hang_first, plants.crash_first])
 def test_fuzz_harness_outlives_its_workers(prepare: object, stock: Stock, tmp_path: Path) -> None:
     (outcome,) = planted(prepare, 1, stock, tmp_path, patience=3)
     assert [one.cause for one in outcome.faults] == [prepare.__name__.removesuffix("_first")]
 
 
+@pytest.mark.thorough
 def test_fuzz_case_depends_on_seed_kind_and_number_alone(stock: Stock, tmp_path: Path) -> None:
     one, other = (
         list(run_cases(cases, seed=SEED, stock=stock.folder, work=tmp_path / name))[-1]

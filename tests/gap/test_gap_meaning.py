@@ -25,24 +25,26 @@ from scruton.infer.cards import load_card
 from scruton.report.chapters.gap import gap_summary
 from scruton.report.chapters.gap_words import gap_sentence, shrink_sentence
 from scruton.report.render_text import render_text
+from tests.gap.few import among
 from tests.report.fake_parts import GAP as MADE_UP
 
 SEED = 900
 GAP: dict[str, Any] = MADE_UP
 
 
-def examined(effect: str, index: int, severity: float = 0.3) -> dict[str, Any]:
-    return examine(simulate_case(SEED, index, effect, severity)[0], load_card(), workers=1)[1]
+def examined(effect: str, index: int, *rivals: str) -> dict[str, Any]:
+    card = replace(load_card(), effect_weights=among(*rivals))
+    return examine(simulate_case(SEED, index, effect, 0.3)[0], card, workers=1)[1]
 
 
 @pytest.fixture(scope="module")
 def jumped() -> dict[str, Any]:
-    return examined("time_jump", 4)
+    return examined("time_jump", 4, "wind_speed_drift", "aerodynamic_damping_nonlinearity", "fluid_memory")
 
 
 @pytest.fixture(scope="module")
 def settings() -> dict[str, Any]:
-    return examined("setting_dependence", 6)
+    return examined("setting_dependence", 6, "setting_dependence", "reduced_velocity_drift", "sensor_gain_error")
 
 
 @pytest.mark.thorough

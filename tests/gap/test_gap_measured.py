@@ -24,11 +24,16 @@ from tools.measured import (
 
 KNOWN = {known.folder: known for known in SETS}
 DAMPED = [name for name, known in KNOWN.items() if {FRICTION, DRAG} & set(known.truth)]
-EACH = [pytest.param(one, marks=pytest.mark.thorough) if one == "cylinder-in-wind" else one for one in KNOWN]
+EACH = [pytest.param(one, marks=pytest.mark.slow) if one == "cylinder-in-wind" else one for one in KNOWN]
 NOT_YET = {
     "ship-roll-speeds": "the lower half of its amplitudes, 3 and 6 decrements, shows no gap: 2.3 times",
     "bristol-heave": "friction does not show at large amplitudes alone, and the decrements wave by a tenth: 0.9 times",
 }
+
+
+def wanting(name: str) -> list[pytest.MarkDecorator]:
+    """What does not hold yet is looked at where time does not count."""
+    return [pytest.mark.slow, pytest.mark.xfail(strict=True, reason=NOT_YET[name])]
 
 
 @pytest.fixture(scope="session")
@@ -85,7 +90,7 @@ def test_no_wrong_name_is_sure(name: str, measured: Callable[[str], Examined]) -
 
 
 @pytest.mark.real
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_what_the_gusts_leave_of_the_cylinder_is_its_second_line(measured: Callable[[str], Examined]) -> None:
     """Gusts that last some cycles are the null model's, which then foretells what is left out: 5 % in amplitude.
 
@@ -101,9 +106,8 @@ def test_what_the_gusts_leave_of_the_cylinder_is_its_second_line(measured: Calla
 @pytest.mark.real
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(one, marks=[pytest.mark.xfail(strict=True, reason=NOT_YET[one])] if one in NOT_YET else [])
-     for one in DAMPED],
-)  # fmt: skip
+    [pytest.param(one, marks=wanting(one) if one in NOT_YET else []) for one in DAMPED],
+)
 def test_the_damping_left_out_is_foretold(name: str, measured: Callable[[str], Examined]) -> None:
     before, after = median_error(measured(name).withheld)
     assert before > 3.0 * after

@@ -19,6 +19,7 @@ from scruton.gap.thresholds import LAGS, OF_MEANS
 from scruton.simulate import write_campaign
 from scruton.stats.whiteness import autocorrelation, ljung_box
 from tests.conftest import SPEC
+from tests.gap.few import among
 
 XI, OMEGA = 0.0065, 2.0 * np.pi * 7.87
 # Of the small campaign: (2 xi omega - rho U D Y1/m)/2 = 0.8 xi omega, at an amplitude of 0.03, in longer records.
@@ -96,11 +97,12 @@ def test_noise_that_is_less_in_still_air_leaves_no_colour_in_wind() -> None:
 def test_rigs_that_miss_their_curve_as_any_do_are_no_gap(severity: float, verdict: str) -> None:
     """Y1 of the outer rigs differs by twice the severity: 3 % about the middle, as any do, or 10 %."""
     campaign, _ = simulate_case(9001, 2, "setting_dependence", severity)
-    assert diagnose(campaign).verdict == verdict
+    rivals = among("setting_dependence", "reduced_velocity_drift", "sensor_gain_error")
+    assert diagnose(campaign, prior=rivals).verdict == verdict
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("index", [1, 4])
+@pytest.mark.parametrize("index", [1, pytest.param(4, marks=pytest.mark.slow)])
 def test_turbulence_that_lasts_some_cycles_is_no_gap(monkeypatch: pytest.MonkeyPatch, index: int) -> None:
     """Gusts of a tenth of the relaxation time, which no state follows: neighbouring cycles are alike.
 
@@ -121,7 +123,11 @@ def test_a_frequency_that_creeps_along_records_in_wind_is_told() -> None:
     creeps = np.isin(layout.records, ["r1_growth1.csv", "r1_growth2.csv"])
     turned = 0.02 * 0.5 * channels.place**2 * (channels.omega * layout.duration[channels.record])
     phase = channels.phase + np.where(creeps[channels.record], turned, 0.0)
-    diagnosis = diagnose_data(replace(data, channels=replace(channels, phase=phase)), campaign)
+    crept, rivals = (
+        replace(data, channels=replace(channels, phase=phase)),
+        among("stiffness_nonlinearity", "fluid_memory"),
+    )
+    diagnosis = diagnose_data(crept, campaign, prior=rivals)
     assert diagnosis.verdict == "unknown"
     told = {one.record: one.value for one in diagnosis.contradictions if one.kind == "creep"}
     assert told.keys() == {"r1_growth1.csv", "r1_growth2.csv"}

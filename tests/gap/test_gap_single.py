@@ -75,8 +75,11 @@ CAMPAIGNS = {
     "a growth and a decay": (TEST + GROWTH + DECAY, 20.0, ("growth.csv", "decay.csv")),
     "a ring-down and a decay": (STILL + TEST + DECAY, 20.0, ("decay.csv",)),
 }
+# Records that can be held out, and the effects of which one is named; of a single one that it comes first.
+FRICTION, DAMPING = "coulomb_friction", "structural_damping_nonlinearity"
 MEASURED = {
-    "pendulum-dry-friction": 0, "pendulum-air-drag": 0, "ship-roll-decay": 0, "ship-roll-speeds": 2, "bristol-heave": 2,
+    "pendulum-dry-friction": (0, {FRICTION}), "pendulum-air-drag": (0, {DAMPING}), "ship-roll-decay": (0, {DAMPING}),
+    "ship-roll-speeds": (2, {FRICTION, DAMPING}), "bristol-heave": (2, {FRICTION, DAMPING}),
 }  # fmt: skip
 
 
@@ -108,7 +111,10 @@ def check(found: dict[str, Any], text: str, held_out: int) -> None:
         assert shrink["runner_up"]["fraction"] is None
 
 
-@pytest.mark.parametrize("records", CAMPAIGNS)
+# a decay by itself is what a growth is, and stands beside others
+@pytest.mark.parametrize(
+    "records", [pytest.param(one, marks=pytest.mark.slow) if one == "a decay" else one for one in CAMPAIGNS]
+)
 def test_a_record_or_two_are_diagnosed(records: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text, stiffness, held_out = CAMPAIGNS[records]
     (tmp_path / "spec.toml").write_text(HEAD.format(stiffness=stiffness) + text, encoding="utf-8")
@@ -131,15 +137,22 @@ def test_a_lone_record_without_a_gap_has_nothing_to_shrink(
     assert "agree within their noise" in said
 
 
+# one, and one whose records can be held out; of the others test_gap_measured.py asks which effect is named
+EACH = [
+    one if one in ("pendulum-dry-friction", "ship-roll-speeds") else pytest.param(one, marks=pytest.mark.slow)
+    for one in MEASURED
+]
+
+
 @pytest.mark.real
-@pytest.mark.parametrize("name", MEASURED)
+@pytest.mark.parametrize("name", EACH)
 def test_measured_ring_downs_are_diagnosed(
     name: str, shared_data: Callable[[str], Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    held_out, effects = MEASURED[name]
     found, text = diagnosed(shared_data(name), tmp_path, capsys)
-    check(found, text, MEASURED[name])
-    effects = {found["verdict"], *found["also"]}
-    assert effects & {"coulomb_friction", "structural_damping_nonlinearity"}
+    check(found, text, held_out)
+    assert effects & {found["verdict"], *(found["also"] if len(effects) > 1 else ())}
 
 
 def test_the_sentence_says_what_is_not_known() -> None:

@@ -12,6 +12,7 @@ from scruton.dynamics.effects import UNKNOWN
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import Diagnosis, diagnose
 from scruton.gap.meaning import describe_unknown
+from tests.gap.few import among
 
 FREQUENCY, RATE = 5.0, 100.0  # Hz
 OMEGA = 2.0 * np.pi * FREQUENCY
@@ -102,7 +103,8 @@ def in_two_rigs(wind: FloatArray, eased: FloatArray) -> Diagnosis:
         records = tuple(in_wind(start, ratio, 10 * k + i, wind, eased) for i, start in enumerate((0.008, 0.1)))
         tests.append(Test(f"T{k}", f"{k}", Quantity(1.2), Quantity(5.0), records=records))
     two = replace(campaign(), rigs=tuple(rigs), tests=tuple(tests))
-    return diagnose(two, workers=1)
+    rivals = among("wind_speed_drift", "structural_damping_nonlinearity", "aerodynamic_damping_nonlinearity")
+    return diagnose(two, prior=rivals, workers=1)
 
 
 def test_a_wind_that_settles_is_a_wind_and_a_damper_that_warms_in_it_is_none() -> None:

@@ -224,7 +224,6 @@ def test_records_of_one_law_predict_each_other(crossed) -> None:
         assert one.log_score > stats.norm.logpdf(0.0, 0.0, 0.25)
 
 
-@pytest.mark.thorough
 def test_what_a_part_shares_with_the_whole_is_drawn_once(two_rigs, quick, crossed, monkeypatch) -> None:
     """Rigs and tests of the whole are not sampled again, and nothing changes by that."""
     drawn = []

@@ -223,6 +223,7 @@ def test_a_short_ring_down_whose_damping_grows_by_a_third_is_said_to_vary():
     assert xi_of(0.2, 0.036) / xi_of(0.05, 0.036) == pytest.approx(1.34, abs=0.01)
 
 
+@pytest.mark.thorough
 def test_a_section_that_builds_up_by_itself_keeps_its_damping():
     """Y1 > 0: it relaxes at 0.8 omega0 xi_s, which no structural damping that is known makes the paper's Y1 < 0."""
     linear = 2.0 * np.pi * F0 * XI

@@ -21,7 +21,7 @@ from scruton.infer.fit import fit_campaign
 from scruton.infer.free_runs import RUNS
 from scruton.infer.joint import joint_draws, names_at_prior
 from scruton.infer.models import WIND
-from scruton.infer.sampling import Sampling
+from scruton.infer.sampling import Known, Sampling
 from scruton.infer.store import read_tree, write_fit
 from scruton.infer.thresholds import COARSENED
 from scruton.stats.stacking import posterior_weights
@@ -255,7 +255,7 @@ def test_innovations_are_kept_and_white(tree):
     assert abs(np.corrcoef(z[1:], z[:-1])[0, 1]) < 0.25
 
 
-@pytest.mark.thorough
+@pytest.mark.slow  # quicker: a run that was killed, in test_cli.py, and another seed, in test_report_compare.py
 def test_same_seed_same_bytes_other_seed_other(small_campaign, quick, quick_card, tmp_path):
     card = load_card(quick_card())
     again = fit_campaign(load_campaign(small_campaign), card, seed=0, asked={"command": "fit"})
@@ -279,7 +279,6 @@ def test_the_departure_is_that_of_the_draws_that_are_printed(quick):
     assert np.corrcoef(np.log(away), np.log(scale[place]))[0, 1] > 0.8
 
 
-@pytest.mark.thorough
 def test_what_predictions_do_not_need_can_be_left_out_without_changing_the_rest(small_campaign, quick, quick_card):
     brief = fit_campaign(load_campaign(small_campaign), load_card(quick_card()), seed=0, thorough=False)
     left_out = {
@@ -381,11 +380,15 @@ def test_what_does_not_bring_the_verdict_down_is_not_called_unconverged(small_ca
         return replace(samples, convergence=replace(samples.convergence, converged=False))
 
     monkeypatch.setattr(Sampling, "run", short)
-    campaign, card = load_campaign(small_campaign), load_card(quick_card("default"))
+    campaign, card = (
+        load_campaign(small_campaign),
+        load_card(quick_card("default", n="[-1, 2]", prior_weights="[1, 1]")),
+    )
+    known = Known()
 
     def fit(carried):
         monkeypatch.setattr("scruton.infer.joint.CARRIES", 0.0 if carried else 1.0)
-        return fit_campaign(campaign, card, thorough=False)
+        return fit_campaign(campaign, card, thorough=False, known=known)
 
     idle, needed = fit(False), fit(True)
     assert idle.converged is idle.summary["converged"] is True
@@ -446,6 +449,7 @@ CYLINDER_PEAKS = {"g1 U 15.8": 0.084, "g2 U 15.8": 0.087, "e2 U 15.4": 0.066}
 
 
 @pytest.mark.real
+@pytest.mark.thorough
 def test_the_cylinder(shared_data):
     """Independent figures for 1-4 mm: g1 0.99 to 1.03 %, g2 0.92 to 0.95 %, e2 1.26 to 1.32 %.
 

@@ -310,7 +310,7 @@ def test_a_free_exponent_is_one_law(tests_of, card):
 # ------------------------------------------------------------------------------------------------ stacking
 
 
-@pytest.mark.thorough
+@pytest.mark.slow  # quicker: what no evidence scores, below, and a fit by stacking in test_infer_fit.py
 def test_stacking_scores_whole_records_and_leaves_the_unsampled_out(tests_of, card, sampling, monkeypatch):
     """One column of scores a record and a rig, not a cycle, and the law of the records foretells them better."""
     seen = []
@@ -336,8 +336,7 @@ def test_stacking_scores_whole_records_and_leaves_the_unsampled_out(tests_of, ca
     np.testing.assert_array_equal(by_stacking.weights.weight, stacked.weights.stacking)
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize("carries", [False, True])
+@pytest.mark.parametrize("carries", [False, pytest.param(True, marks=pytest.mark.thorough)])
 def test_a_law_far_behind_is_sampled_roughly_until_it_carries_weight(tests_of, card, sampling, carries, monkeypatch):
     of, asked, run = tests_of("paper"), [], Sampling.run  # the tests before the spy looks
 
@@ -397,8 +396,9 @@ def test_an_evidence_that_is_not_reliable_scores_no_law(tests_of, card, sampling
     assert "all records together" in sampling.flags[0]
 
 
-@pytest.mark.thorough
-def test_laws_that_were_not_sampled_get_nothing_from_stacking(peaks_of, card):
+def test_laws_that_were_not_sampled_get_nothing_from_stacking(peaks_of, card, monkeypatch):
+    told = Evidence(1.0, 0.01, 0.0, 1000.0, 0.9)  # whatever it is
+    monkeypatch.setattr("scruton.infer.peaks.evidence_by_importance", lambda *_, **__: told)
     weights = stack(peaks_of("ehsan-scanlan"), Sampling(card, 0)).weights
     assert weights.sampled.tolist() == [True, False, True]
     assert weights.stacking.sum() == pytest.approx(1.0)

@@ -20,7 +20,7 @@ from scruton.simulate import Noise, Truth, simulate_record
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import sample
 
-QUICK = 'extends = "paper"\n[sampler]\nensembles = 2\nwalkers = 64\nmin_ess = 400\nmax_rhat = 1.03\n'
+QUICK = 'extends = "paper"\n[sampler]\nensembles = 2\nwalkers = 64\ndraws = 16\nmin_ess = 200\nmax_rhat = 1.05\n'
 
 
 def card_with(folder, source):

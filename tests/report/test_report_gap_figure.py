@@ -19,11 +19,13 @@ from scruton.report.chapters.gap_words import shrink_sentence
 from scruton.report.figures import save
 from scruton.report.figures.gap import gap_figure
 from scruton.report.verdict import conclusion
+from tests.gap.few import among
 
 
 @pytest.fixture(scope="module")
 def clipped() -> tuple[Diagnosis, tuple[Finding, ...]]:
-    diagnosis = diagnose(simulate_case(7, 3, "sensor_clipping", 0.4)[0])
+    rivals = among("sensor_clipping", "sensor_gain_error", "coulomb_friction", "fluid_memory")
+    diagnosis = diagnose(simulate_case(7, 3, "sensor_clipping", 0.4)[0], prior=rivals)
     return diagnosis, locate(diagnosis)
 
 

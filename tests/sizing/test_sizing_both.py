@@ -260,8 +260,8 @@ def test_each_motion_has_an_amplitude_at_which_coherence_is_lost(tmp_path):
 
 
 @pytest.mark.thorough
-def test_two_fits_of_one_bridge_are_sized_with_their_union(small_results, tmp_path):
-    tree, _ = read_tree(small_results)
+def test_two_fits_of_one_bridge_are_sized_with_their_union(quick_results, tmp_path):
+    tree, _ = read_tree(quick_results)
     tree = tree.drop_nodes("convergence")  # the small fit need not have converged
     other = tree.copy(deep=True)
     other["constant_data"]["motion"] = "torsional"

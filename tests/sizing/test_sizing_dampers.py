@@ -68,23 +68,26 @@ def test_the_risk_is_kept_within_two_per_cent_of_the_frequency(tight):
     assert loose.mass < 0.6 * found.mass
 
 
-def test_defaults_that_practice_accepts():
-    found = damper(bridge_mode(), LIMIT, 0)
+@pytest.fixture(scope="module")
+def usual():
+    return damper(bridge_mode(), LIMIT, 0)
+
+
+def test_defaults_that_practice_accepts(usual):
+    found = usual
     assert found.mass_ratio >= 0.005
     assert found.stroke.high <= 1.0
-    assert (found.asked.kept_detuning, found.asked.largest_stroke, found.asked.smallest_mass_ratio) == (
-        0.02,
-        1.0,
-        0.005,
-    )
+    asked = found.asked
+    assert (asked.kept_detuning, asked.largest_stroke, asked.smallest_mass_ratio) == (0.02, 1.0, 0.005)
     assert found.reason == "the smallest mass ratio, 0.5 %, decides on the mass"
     assert found.probability <= 0.05
 
 
 @pytest.mark.parametrize("stroke", [1.0, 0.5])
-def test_mass_to_spare_buys_robustness_not_a_short_stroke(stroke):
+def test_mass_to_spare_buys_robustness_not_a_short_stroke(usual, stroke):
     """Where the smallest mass decides, damping is somewhat above Den Hartog's, or as the stroke asks for."""
-    found = damper(bridge_mode(DamperRequest(largest_stroke=stroke)), LIMIT, 0)
+    asked = DamperRequest(largest_stroke=stroke)
+    found = usual if asked == usual.asked else damper(bridge_mode(asked), LIMIT, 0)
     assert found.reason.startswith("the smallest mass ratio")
     assert found.stroke.high <= stroke
     ends = np.array([-0.02, 0.02])
@@ -167,7 +170,7 @@ def test_the_modal_mass_has_an_error():
     assert np.corrcoef(factor, 1.0 / draws.factor)[0, 1] > 0.999  # the heavier bridge has the lighter damper
 
 
-@pytest.mark.thorough
+@pytest.mark.slow  # quicker: a start from above, below, and the equations of motion in test_sizing_tmd_real.py
 def test_end_stops_and_friction_are_designed_for():
     request = DamperRequest(start_acceleration=0.05, end_stop=0.5, largest_stroke=0.5, smallest_mass_ratio=1e-3)
     model = bridge_mode(request)
@@ -179,12 +182,6 @@ def test_end_stops_and_friction_are_designed_for():
     assert left(model, found, 300, count=1 << 12) <= 0.053
     assert found.struck is not None
     assert 0.0 < found.struck <= 0.05  # the stroke is kept with 95 % confidence
-    assert "strike their end stops" in struck_flag("V1", found)[0]
-    assert struck_flag("V1", replace(found, struck=None)) == []
-    assert struck_flag("V1", replace(found, struck=0.0, probability_worst=found.probability)) == []
-    # with friction alone there are no stops to strike: what a start from above leaves is said all the same
-    assert "but 5.8% where those count" in worst_remark("V1", replace(found, struck=None, probability_worst=0.058))[0]
-    assert worst_remark("V1", replace(found, probability_worst=0.05)) == []
 
 
 @pytest.mark.thorough
@@ -194,8 +191,18 @@ def test_a_start_from_above_never_leaves_less_risk_than_growth_does():
     assert 0.04 < found.probability <= found.probability_worst < found.probability + 0.01
 
 
-def test_a_stroke_that_a_detuning_makes_too_large_is_remarked_on():
-    found = damper(bridge_mode(DamperRequest(**FREE)), LIMIT, 0)
+def test_what_strikes_its_end_stops_is_said(tight):
+    _, found = tight
+    assert "strike their end stops" in struck_flag("V1", replace(found, struck=0.03))[0]
+    assert struck_flag("V1", replace(found, struck=None)) == []
+    assert struck_flag("V1", replace(found, struck=0.0, probability_worst=found.probability)) == []
+    # with friction alone there are no stops to strike: what a start from above leaves is said all the same
+    assert "but 5.8% where those count" in worst_remark("V1", replace(found, struck=None, probability_worst=0.058))[0]
+    assert worst_remark("V1", replace(found, struck=0.03, probability_worst=0.05)) == []
+
+
+def test_a_stroke_that_a_detuning_makes_too_large_is_remarked_on(tight):
+    _, found = tight
     assert stroke_remark("V1", found) == [], "at 2 % it is within the tolerance of the stroke"
     far = replace(found, detuned=tuple(replace(one, stroke_high=1.1 * one.stroke_high) for one in found.detuned))
     (said,) = stroke_remark("V1", far)
@@ -217,22 +224,27 @@ def test_dampers_at_several_places_have_one_mass():
 
 
 @pytest.fixture(scope="module")
-def two_modes():
+def two_modes(tight):
     request = DamperRequest(**FREE, risk_of=RiskOf.ANY)
     models = [bridge_mode(request, "V1"), bridge_mode(request, "V2", 0.42, sine(2))]
-    return models, [damper(model, LIMIT, 0) for model in models]
+    # whose risk it is changes nothing of a damper by itself
+    return models, [replace(tight[1], asked=request), damper(models[1], LIMIT, 0)]
 
 
-@pytest.mark.thorough
-def test_dampers_for_any_mode_keep_the_risk_of_the_union(two_modes):
+def test_dampers_of_each_mode_do_not_keep_the_risk_of_the_union_and_that_is_said(two_modes):
     models, alone = two_modes
-    limits = [LIMIT, LIMIT]
-    before = exceedance_of(with_dampers(placed(alone, models), models, limits, 40))
+    before = exceedance_of(with_dampers(placed(alone, models), models, [LIMIT, LIMIT], 40))
     assert before.any > 0.055
     assert max(before.each) <= 0.05
     request = models[0].bridge.damper
     assert "is asked" in any_mode_flag(("V1", "V2"), before, request)
     assert "sizes them for that" in any_mode_flag(("V1", "V2"), before, replace(request, risk_of=RiskOf.MODE))
+
+
+@pytest.mark.slow  # quicker: of modes of either motion, in test_sizing_both.py
+def test_dampers_for_any_mode_keep_the_risk_of_the_union(two_modes):
+    models, alone = two_modes
+    limits = [LIMIT, LIMIT]
     found = sized_for_any(models, limits, alone, 0, lambda what, done: None)
     assert all(one.achievable for one in found)
     after = [exceedance_of(with_dampers(placed(found, models), models, limits, seed)).any for seed in (40, 50, 60)]

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from sizing_room import mode_model
 
 from scruton.campaign.plausibility import damping_flag
@@ -74,6 +75,7 @@ def test_dampers_that_only_seem_to_keep_the_risk_are_tuned_again_not_made_heavie
     )
 
 
+@pytest.mark.thorough
 def test_a_bridge_with_damping_in_per_cent_is_sized():
     """A slip of the pen, which is remarked on: no error of the dampers."""
     model = mode_model(0.1)

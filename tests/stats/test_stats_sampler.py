@@ -125,7 +125,12 @@ def standardised(chain):
     return np.linalg.solve(np.linalg.cholesky(COVARIANCE), (chain - MEAN).T).T
 
 
-@pytest.mark.parametrize("name", IN_USE)
+REPEATS = ("proposals of their own", "blocks, no proposals")  # of what others use
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(one, marks=pytest.mark.slow) if one in REPEATS else one for one in IN_USE]
+)
 def test_every_move_in_use_samples_a_known_target(name):
     z = standardised(run_move(IN_USE[name]()))
     assert np.abs(z.mean(axis=0)).max() < 0.08
@@ -135,7 +140,10 @@ def test_every_move_in_use_samples_a_known_target(name):
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("settings", [SamplerSettings(), only(independence=1.0), LOCAL])
+@pytest.mark.parametrize(
+    "settings",
+    [SamplerSettings(), *(pytest.param(one, marks=pytest.mark.slow) for one in (only(independence=1.0), LOCAL))],
+)
 def test_blocks_that_are_apart_are_moved_at_once_and_accepted_one_by_one(settings):
     """With the second part swapped for the first, or one acceptance for both, this comes out another target."""
     shared = Block(np.array([1, 2]), np.array([0, 3]), times=2)
