@@ -123,11 +123,8 @@ def test_a_frequency_that_creeps_along_records_in_wind_is_told() -> None:
     creeps = np.isin(layout.records, ["r1_growth1.csv", "r1_growth2.csv"])
     turned = 0.02 * 0.5 * channels.place**2 * (channels.omega * layout.duration[channels.record])
     phase = channels.phase + np.where(creeps[channels.record], turned, 0.0)
-    crept, rivals = (
-        replace(data, channels=replace(channels, phase=phase)),
-        among("stiffness_nonlinearity", "fluid_memory"),
-    )
-    diagnosis = diagnose_data(crept, campaign, prior=rivals)
+    rivals = among("stiffness_nonlinearity", "fluid_memory")
+    diagnosis = diagnose_data(replace(data, channels=replace(channels, phase=phase)), campaign, prior=rivals)
     assert diagnosis.verdict == "unknown"
     told = {one.record: one.value for one in diagnosis.contradictions if one.kind == "creep"}
     assert told.keys() == {"r1_growth1.csv", "r1_growth2.csv"}

@@ -170,6 +170,13 @@ def test_what_does_better_beside_the_others_takes_a_place(found: Search) -> None
     assert {place.best.name: place.gains[place.best.name] for place in places} == {A: 90.0, B: 80.0}
 
 
+def test_where_one_effect_alone_is_looked_for_nothing_joins_it(found: Search, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A card that leaves all others out ended in a traceback: nothing was left to stand beside what was found."""
+    monkeypatch.setattr(f"{__name__}.EFFECTS", (CATALOGUE[A], UNKNOWN))
+    assert names(found({(A,): 50.0, ("unknown",): 20.0, (A, "unknown"): 55.0})) == [A]
+    assert names(found({(A,): 50.0, ("unknown",): 90.0, (A, "unknown"): 95.0})) == [A], "no partner for a pair"
+
+
 def test_no_place_is_judged_twice_beside_the_same_effects(found: Search, monkeypatch: pytest.MonkeyPatch) -> None:
     """B takes the place of the one that joined first: beside A it is not judged once more, and A is, beside B."""
     asked: list[tuple[str, ...]] = []

@@ -9,6 +9,7 @@ import pytest
 import tomli_w
 
 from scruton.campaign.schema import Motion
+from scruton.dynamics.effects import CATALOGUE
 from scruton.dynamics.laws import LAWS
 from scruton.errors import InputError
 from scruton.infer.cards import load_card, shipped_cards
@@ -107,6 +108,16 @@ def test_a_card_that_extends_nothing_is_named(tmp_path, text, message):
     (tmp_path / "card.toml").write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=message):
         load_card(tmp_path / "card.toml")
+
+
+def test_a_card_that_leaves_no_effect_to_look_for_is_refused(tmp_path):
+    every = "".join(f"{name} = 0\n" for name in CATALOGUE)
+    (tmp_path / "card.toml").write_text(f'extends = "default"\n[effects.weights]\n{every}', encoding="utf-8")
+    with pytest.raises(InputError, match=r"effects.weights: found .*; wanted an effect of the catalogue at least"):
+        load_card(tmp_path / "card.toml")
+    one = every.replace("coulomb_friction = 0\n", "")
+    (tmp_path / "card.toml").write_text(f'extends = "default"\n[effects.weights]\n{one}', encoding="utf-8")
+    assert "coulomb_friction" not in load_card(tmp_path / "card.toml").effect_weights
 
 
 def test_cards_that_extend_each_other_are_named(tmp_path):

@@ -56,8 +56,9 @@ class Candidate:
 
 
 def best_of(candidates: Mapping[str, Candidate]) -> Candidate:
-    """The catalogued effect with the most evidence."""
-    return max((c for name, c in candidates.items() if name in CATALOGUE), key=lambda c: c.log_evidence)
+    """The catalogued effect with the most evidence; where a card leaves none of them, one without a name or a fit."""
+    catalogued = (c for name, c in candidates.items() if name in CATALOGUE)
+    return max(catalogued, key=lambda c: c.log_evidence, default=Candidate("", LOST, None))
 
 
 def weigh(

@@ -65,11 +65,13 @@ def _pairs(
         apart_from = {first.name} | one_with(first.name)
         others = [effect for effect in amplitude if effect.name not in apart_from and effect.name in singles]
         second = best_of(weigh(first.best, others, workers=workers, quick=CATALOGUE))
+        if second.best is None:
+            continue
         gain = second.log_evidence - base.log_evidence
         own = min(singles[name].log_evidence - base.log_evidence for name in (first.name, second.name))
         enough = second.log_evidence > first.log_evidence + thresholds.SECOND_NATS
         apart = not damping and own > thresholds.OWN_SHARE * gain
-        if second.best is not None and enough and (apart or _both_damp(second.best)):
+        if enough and (apart or _both_damp(second.best)):
             yield first, second
 
 

@@ -245,6 +245,8 @@ def _card(top: Table, content: str) -> ModelCard:
             stated = _section(effects, "weights")
             weights = stated.read(_WEIGHTS)
             effect_weights = {name: weights[name] for name in stated.values}
+            if all(effect_weights.get(name) == 0.0 for name in CATALOGUE):
+                raise effects.refusal("weights", "an effect of the catalogue at least whose weight is not 0")
     return ModelCard(
         name=text("a text", top.file.stem, blank=True).read(top, "name"),
         title=text("a text", "", blank=True).read(top, "title"),
