@@ -1,5 +1,6 @@
 # make demo    set up, then the shipped example from records to report
-# make test    the test suite;  make thorough  what of it takes seconds a test;  make slow  statistics that take minutes
+# make test    the test suite, with ALL=1 what takes seconds a test, too, which make thorough runs by itself;
+# make slow    statistics that take minutes
 # make fuzz    3,000 spoiled inputs, none of which may bring a command down;  make kill  runs that are killed and resumed
 # make goldens every command against what it printed and wrote before (about 10 minutes);  ONLY='fit-* errors' for some
 # make bench   speed, beside other samplers, on one core;  make large  20 million samples, 40 rigs, 300 campaigns
@@ -23,7 +24,7 @@ demo: .venv/ready
 	.venv/bin/scruton report examples/rectangle-4to1 --bridge examples/rectangle-4to1/bridge.toml -o out/rectangle-4to1 --force
 
 test: .venv/ready
-	.venv/bin/python -m pytest -n auto --dist loadfile
+	.venv/bin/python -m pytest -n auto --dist loadfile $(if $(ALL),-m 'not slow')
 
 thorough: .venv/ready
 	.venv/bin/python -m pytest -n auto --dist loadfile -m 'thorough and not slow'
