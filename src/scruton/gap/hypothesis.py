@@ -81,8 +81,7 @@ class FittedHypothesis:
     ) -> "FittedHypothesis":  # fmt: skip
         """Add variants and fit from this optimum, the last one's parameters from `start` (zero by default)."""
         larger = self.hypothesis.extended(*variants)
-        first = larger.start_from(self.mode, start or {})
-        return larger.fit(first, iterations=iterations, tolerance=tolerance)
+        return larger.fit(larger.start_from(self.mode, start or {}), iterations=iterations, tolerance=tolerance)
 
     def slopes(
         self, function: Callable[[FloatArray], FloatArray], fraction: float, at: FloatArray | None = None
@@ -210,8 +209,7 @@ class Hypothesis:
         """Log likelihood, (W,), not finite where the filter fails."""
         v, s = self.innovations(u)
         with np.errstate(all="ignore"):
-            like: FloatArray = -0.5 * np.sum(v * v / s + np.log(s) + _LOG_2PI, axis=1)
-        return like
+            return np.asarray(-0.5 * np.sum(v * v / s + np.log(s) + _LOG_2PI, axis=1))
 
     def log_prob(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Log likelihood and log prior, (W,) each."""
@@ -297,10 +295,8 @@ class Hypothesis:
         ----------
         start : (d,) array, optional
             The centre of the prior by default.
-        iterations : int
-            At most so many steps.
-        tolerance : float
-            Gain of a step, in nats, below which it was the last.
+        iterations, tolerance : int and float
+            At most so many steps, the last of which gains less than so many nats.
         """
         location, scale = self.prior
 
