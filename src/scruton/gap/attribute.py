@@ -16,7 +16,6 @@ from scruton.dynamics.effects.effect import DAMPING, DRIVE, FREQUENCY, REPEATED,
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.screen import ScoreTest, Screen, first_starts
 from scruton.gap.thresholds import (
-    CONVERGED,
     CREEP,
     FAR_BEHIND_THE_BEST,
     FIT_SHARE,
@@ -84,10 +83,11 @@ def weigh(
             for effect, tests in zip(effects, tested, strict=True)
         ]
 
-        def fits(tests: Sequence[ScoreTest], tolerance: float = CONVERGED) -> list[FittedHypothesis]:
-            return list(
-                pool.map(lambda test: base.with_variants(test.variant, start=test.start, tolerance=tolerance), tests)
-            )
+        def fits(tests: Sequence[ScoreTest], enough: float = 0.0) -> list[FittedHypothesis]:
+            def fit(one: ScoreTest) -> FittedHypothesis:  # what is scanned for begins where nothing leads on
+                return base.with_variants(one.variant, start=one.start, enough=0.0 if one.variant.scan else enough)
+
+            return list(pool.map(fit, tests))
 
         chosen = [ranked[0] for ranked in promising if ranked]
         found = fits(chosen, ROUGHLY)
@@ -112,6 +112,8 @@ def weigh(
         chosen, found = [*chosen, *others], [*found, *fits(others, ROUGHLY)]
         near = max(fit.log_evidence for fit in (base, *found)) - FAR_BEHIND_THE_BEST
         found = list(pool.map(lambda fit: fit.hypothesis.fit(fit.mode) if fit.log_evidence > near else fit, found))
+        if known is not None and known.best is not None and known.variant is not None:
+            chosen, found = [*chosen, ScoreTest(known.variant, 0.0, known.optimum)], [*found, _again(base, known.best)]
         finer = list(_refinements(base, tested, chosen, found))
         chosen, found = [*chosen, *finer], [*found, *fits(finer)]
     twins = list(_twins(base, [test for tests in tested for test in tests], chosen, found))
@@ -135,6 +137,19 @@ def weigh(
             evidence, best = base.log_evidence + min(max((t.gain for t in tests), default=-np.inf), -1.0), None
         candidates[effect.name] = Candidate(effect.name, evidence, best)
     return candidates
+
+
+def _again(base: FittedHypothesis, known: FittedHypothesis) -> FittedHypothesis:
+    """The last variant of a fit beside another base, from where all of that fit was found, but for what is in the base.
+
+    A bend of the frequency is not found again where the phases start from a base that knows of none.
+    """
+    k = len(known.hypothesis.variants) - 1
+    larger = base.hypothesis.extended(known.hypothesis.variants[k])
+    own = {p.name: known.value(p.name, k)[0] for p in known.hypothesis.variants[k].parameters}
+    start, shared = larger.start_from(base.mode, own), sum(p.size for p in larger.null.parameters)
+    start[:shared] = known.mode[:shared]
+    return larger.fit(start)
 
 
 def _refinements(

@@ -23,7 +23,7 @@ from scruton.dynamics.reading import readings
 from scruton.gap.blocks import Block, blocks, by_channel
 from scruton.gap.data import GapData
 from scruton.gap.null_model import NullModel
-from scruton.gap.thresholds import CONVERGED, LOST
+from scruton.gap.thresholds import LOST
 from scruton.stats.fisher_scoring import climb, inverse
 from scruton.stats.student_t import StudentT
 from scruton.stats.thresholds import WIDEN
@@ -77,11 +77,11 @@ class FittedHypothesis:
 
     def with_variants(
         self, *variants: Variant, start: Mapping[str, FloatArray] | None = None, iterations: int = 40,
-        tolerance: float = CONVERGED,
+        enough: float = 0.0,
     ) -> "FittedHypothesis":  # fmt: skip
         """Add variants and fit from this optimum, the last one's parameters from `start` (zero by default)."""
         larger = self.hypothesis.extended(*variants)
-        return larger.fit(larger.start_from(self.mode, start or {}), iterations=iterations, tolerance=tolerance)
+        return larger.fit(larger.start_from(self.mode, start or {}), iterations=iterations, enough=enough)
 
     def slopes(
         self, function: Callable[[FloatArray], FloatArray], fraction: float, at: FloatArray | None = None
@@ -286,17 +286,15 @@ class Hypothesis:
         value = -0.5 * float(np.sum(v * (v * weight) + log_s + _LOG_2PI)) + float(self.log_prior(u[None])[0])
         return value, gradient, fisher
 
-    def fit(
-        self, start: FloatArray | None = None, *, iterations: int = 40, tolerance: float = CONVERGED
-    ) -> FittedHypothesis:
+    def fit(self, start: FloatArray | None = None, *, iterations: int = 40, enough: float = 0.0) -> FittedHypothesis:
         """Climb to the optimum and apply Laplace's approximation there.
 
         Parameters
         ----------
         start : (d,) array, optional
             The centre of the prior by default.
-        iterations, tolerance : int and float
-            At most so many steps, the last of which gains less than so many nats.
+        iterations, enough : int and float
+            At most so many steps; none where a full one foretells a gain of less than so many nats.
         """
         location, scale = self.prior
 
@@ -307,7 +305,7 @@ class Hypothesis:
         first = self.start() if start is None or not np.isfinite(log_prob(start[None])[0]) else start.copy()
         for _ in range(2):
             u, (_, _, fisher) = climb(
-                self.scores, log_prob, first, iterations=iterations, tolerance=tolerance,
+                self.scores, log_prob, first, iterations=iterations, enough=enough,
                 limit=lambda u: np.where(self._logarithmic, 1.5, 5.0 * scale + np.abs(u - location)),
             )  # fmt: skip
             if np.array_equal(first := self._upright(u), u):

@@ -101,8 +101,8 @@ FIT_WITHIN = 6.0
 FIT_SHARE = 0.4  # of the larger of the two, added to it, for score tests hold to second order
 READING_SHARE = 0.8  # the same of what a sensor does to its reading, which all else has to follow
 REFINED_NATS = 20.0  # that a form gains, from which what refines it is fitted whatever it promises
-CONVERGED = 5e-3  # nats that the last step of a climb gains
-# Half of its steps gain less than this each: what lies so far behind the best then goes no further.
+# Half the steps of a climb gain less than this [nats] each: what lies so far behind the best, where a full step
+# foretells no more, goes no further.
 ROUGHLY, FAR_BEHIND_THE_BEST = 0.5, 20.0
 HOPELESS = -1.0  # nats: score tests below are taken at their word
 MOST_DETUNING = 0.2  # of the frequency, to which a force off the response is sought

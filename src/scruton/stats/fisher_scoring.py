@@ -25,6 +25,7 @@ def climb[Scores: tuple[Any, ...]](
     limit: Callable[[FloatArray], FloatArray] | None = None,
     free: FloatArray | slice = slice(None),
     tolerance: float = 5e-3,
+    enough: float = 0.0,
     iterations: int = 40,
     cautious: bool = True,
 ) -> tuple[FloatArray, Scores]:
@@ -43,6 +44,8 @@ def climb[Scores: tuple[Any, ...]](
         Coordinates that move; all by default.
     tolerance : float
         Gain of a step, in nats, below which it was the last.
+    enough : float
+        Gain that a full step foretells, below which none is taken; what a short one gains tells nothing of that.
     iterations : int
         At most so many steps.
     cautious : bool
@@ -61,7 +64,7 @@ def climb[Scores: tuple[Any, ...]](
         ridge = np.diag(np.diag(information))
         dampings = (damping, 10.0 * damping + 0.3, 100.0 * damping + 10.0)
         steps = [solved(information + m * ridge, gradient) for m in (*dampings, bent)]
-        if damping == 0.0 and 0.5 * float(gradient @ steps[0]) < tolerance:
+        if damping == 0.0 and 0.5 * float(gradient @ steps[0]) < max(tolerance, enough):
             break  # what a full step would gain
         if limit is not None:
             longest = limit(u)
