@@ -41,3 +41,16 @@ def test_what_swings_does_not_hold_back_the_rest() -> None:
     assert value > -5e-3
     assert top == pytest.approx(np.zeros(2), abs=0.1)
     assert len(asked) <= 8
+
+
+@pytest.mark.parametrize(("height", "moves"), [(0.4, False), (0.6, True)])
+def test_a_climb_ends_where_a_full_step_foretells_enough(height: float, moves: bool) -> None:
+    """Of a parabola a full step foretells all of the height: half a nat is enough, and no step is taken below it."""
+    start = np.array([np.sqrt(2.0 * height)])
+
+    def scores(u: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        return -0.5 * float(u @ u), -u, np.eye(1)
+
+    top, _ = climb(scores, lambda points: -0.5 * np.sum(points**2, axis=1), start, enough=0.5)
+    assert (top[0] != start[0]) == moves
+    assert top[0] == pytest.approx(0.0 if moves else start[0])

@@ -173,7 +173,7 @@ def density(known: NormalPosterior, records: np.ndarray) -> RecordDensity:
     starts[1, inside] = known.start[inside]
     u, (value, _, curvature, fisher, likes) = climb(
         scores, values, starts[int(np.argmax(values(starts)))],
-        free=inside, tolerance=2e-3, iterations=_ITERATIONS, cautious=False,
+        free=inside, tolerance=2e-3, iterations=_ITERATIONS,
     )  # fmt: skip
     learnt = 0.5 * (float(np.linalg.slogdet(prior)[1]) + float(np.linalg.slogdet(curvature)[1]))
     shares = np.full(len(records), np.nan)

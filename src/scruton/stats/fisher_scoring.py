@@ -27,7 +27,6 @@ def climb[Scores: tuple[Any, ...]](
     tolerance: float = 5e-3,
     enough: float = 0.0,
     iterations: int = 40,
-    cautious: bool = True,
 ) -> tuple[FloatArray, Scores]:
     """Climb from a point by damped Fisher scoring.
 
@@ -39,7 +38,7 @@ def climb[Scores: tuple[Any, ...]](
         Values (W,) at points (W, d).
     start : (d,) array
     limit : callable, optional
-        Longest step in each coordinate at a point, (k,).
+        Longest step in each coordinate at a point, (k,); where there is one a very short step is tried, too.
     free : (k,) array of int, optional
         Coordinates that move; all by default.
     tolerance : float
@@ -48,8 +47,6 @@ def climb[Scores: tuple[Any, ...]](
         Gain that a full step foretells, below which none is taken; what a short one gains tells nothing of that.
     iterations : int
         At most so many steps.
-    cautious : bool
-        Whether to try a very short step, too.
 
     Returns
     -------
@@ -69,7 +66,7 @@ def climb[Scores: tuple[Any, ...]](
         if limit is not None:
             longest = limit(u)
             steps = [np.clip(s, -longest, longest) for s in steps]
-        steps += [0.3 * steps[0]] + ([0.05 * steps[2]] if cautious else [])
+        steps += [0.3 * steps[0]] + ([0.05 * steps[2]] if limit is not None else [])
         trials = np.repeat(u[None], len(steps), axis=0)
         trials[:, free] += np.array(steps)
         total = log_prob(trials)
