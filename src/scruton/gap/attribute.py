@@ -107,13 +107,14 @@ def weigh(
             off = max(share * most, gained - first.gain) if first.variant.scan else share * most
             needed = max(least - FIT_WITHIN, HOPELESS) - off
             others += [test for test in ranked if test.gain >= needed]
+        once_more = []
         if known is not None and known.variant is not None:
             others.append(ScoreTest(known.variant, 0.0, known.optimum))
+            once_more.append((others[-1], pool.submit(_again, base, known)))
         chosen, found = [*chosen, *others], [*found, *fits(others, ROUGHLY)]
         near = max(fit.log_evidence for fit in (base, *found)) - FAR_BEHIND_THE_BEST
         found = list(pool.map(lambda fit: fit.hypothesis.fit(fit.mode) if fit.log_evidence > near else fit, found))
-        if known is not None and known.best is not None and known.variant is not None:
-            chosen, found = [*chosen, ScoreTest(known.variant, 0.0, known.optimum)], [*found, _again(base, known.best)]
+        chosen, found = [*chosen, *(test for test, _ in once_more)], [*found, *(job.result() for _, job in once_more)]
         finer = list(_refinements(base, tested, chosen, found))
         chosen, found = [*chosen, *finer], [*found, *fits(finer)]
     twins = list(_twins(base, [test for tests in tested for test in tests], chosen, found))
@@ -139,16 +140,16 @@ def weigh(
     return candidates
 
 
-def _again(base: FittedHypothesis, known: FittedHypothesis) -> FittedHypothesis:
-    """The last variant of a fit beside another base, from where all of that fit was found, but for what is in the base.
+def _again(base: FittedHypothesis, known: Candidate) -> FittedHypothesis:
+    """The variant of a candidate beside another base, from where all of its fit was found, but for what is in the base.
 
     A bend of the frequency is not found again where the phases start from a base that knows of none.
     """
-    k = len(known.hypothesis.variants) - 1
-    larger = base.hypothesis.extended(known.hypothesis.variants[k])
-    own = {p.name: known.value(p.name, k)[0] for p in known.hypothesis.variants[k].parameters}
-    start, shared = larger.start_from(base.mode, own), sum(p.size for p in larger.null.parameters)
-    start[:shared] = known.mode[:shared]
+    assert known.best is not None
+    assert known.variant is not None
+    larger = base.hypothesis.extended(known.variant)
+    start, shared = larger.start_from(base.mode, known.optimum), sum(p.size for p in larger.null.parameters)
+    start[:shared] = known.best.mode[:shared]
     return larger.fit(start)
 
 

@@ -74,7 +74,12 @@ def alike(findings: Iterable[Finding], key: Callable[[Finding], object]) -> Iter
 
 def amplitudes_of(data: GapData, records: np.ndarray) -> Range:
     """Range of the amplitudes that can be told from noise in some records, (R,) of bool."""
-    channels = data.channels.keep(records[data.channels.record])
+    return amplitudes_in(data, records[data.channels.record])
+
+
+def amplitudes_in(data: GapData, cycles: np.ndarray) -> Range:
+    """The same in some cycles, (N,) of bool."""
+    channels = data.channels.keep(cycles)
     seen = clear(channels)
     amplitude = channels.amplitude[seen] if seen.any() else channels.amplitude
     return float(amplitude.min()), float(amplitude.max())

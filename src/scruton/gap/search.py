@@ -362,10 +362,10 @@ def _settled(null: FittedHypothesis, chain: Sequence[Candidate], beside: Weigh) 
         before, places = _forms(chain), []
         for i in reversed(range(len(chain))):
             others = [candidate for k, candidate in enumerate(chain) if k != i]
-            if i not in judged or judged[i][0] != _forms(others):
+            forms = _forms(others)
+            if i not in judged or judged[i][0] != forms:
                 base = _together(null, others)
-                place = Place(base, beside(base, {candidate.name for candidate in others}, chain[i]))
-                judged[i] = _forms(others), place
+                judged[i] = forms, Place(base, beside(base, {candidate.name for candidate in others}, chain[i]))
             place = judged[i][1]
             places.insert(0, place)
             if place.best.best is not None:

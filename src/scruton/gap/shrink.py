@@ -18,9 +18,9 @@ from scruton.envelope.thresholds import SETTLED
 from scruton.gap.data import GapData, settled_end
 from scruton.gap.density import NormalPosterior, density, parameters_spent, posterior_at_mode
 from scruton.gap.diagnosis import Diagnosis
+from scruton.gap.finding import amplitudes_in
 from scruton.gap.held_out import folds, halves, left_out, without
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
-from scruton.gap.stated import clear
 from scruton.gap.thresholds import MEASURABLE_NATS
 
 METRIC = (
@@ -219,9 +219,10 @@ def _stable_amplitude(
 def _headline(data: GapData, stable: Sequence[dict[str, Any]], curves: dict[str, Any]) -> dict[str, Any] | None:
     """What is left out in turn, before and after: errors over the tests or records, and in how many they grew."""
     head: dict[str, Any] = {}
-    if parts := curves.get("amplitudes", []):
+    parts, records = curves.get("amplitudes", []), curves.get("records", [])
+    if parts:
         head = {"record": parts[0]["record"], "in_wind": bool(data.layout.wind.any())}
-    elif records := curves.get("records", []):
+    elif records:
         head = {"test": data.tests[next(iter(data.first_in_wind))]} if data.layout.wind.any() else {}
         head["records"] = len(records)
     elif curves["tests"]:
@@ -238,8 +239,7 @@ def _headline(data: GapData, stable: Sequence[dict[str, Any]], curves: dict[str,
             head["worst"] = {"test": stable[int(np.argmax(after))]["test"], "error": float(after.max())}
     if head:
         head |= {f"damping_{end}": curves[f"held_out_{end}"] for end in ("before", "after")}
-        each = parts or curves.get("records") or curves["tests"]
-        head["damping_worse"] = sum(one["after"] > one["before"] for one in each)
+        head["damping_worse"] = sum(one["after"] > one["before"] for one in parts or records or curves["tests"])
     return head or None
 
 
@@ -273,40 +273,40 @@ def damping_discrepancy(
     whole = [(r, of == r if single else np.isin(of, np.flatnonzero(layout.test == layout.test[r]))) for r in tests]
     each = [(tests[0], part) for part in parts] or whole
 
-    def distances(
-        hypothesis: Hypothesis, places: Sequence[tuple[int, np.ndarray]], at: Sequence[FloatArray]
-    ) -> list[float]:
-        curves = (
-            np.abs(_curve(hypothesis, u, *place) - _curve(fitted.hypothesis, fitted.mode, *place))
-            for u, place in zip(at, places, strict=True)
-        )
-        return [float(np.mean(curve) / layout.rate[r]) for curve, (r, _) in zip(curves, places, strict=True)]
+    def measured(places: Sequence[tuple[int, np.ndarray]]) -> list[FloatArray]:
+        return [_curve(fitted.hypothesis, fitted.mode, *place) for place in places]
 
-    full = out = [distances(fit.hypothesis, whole, [fit.mode] * len(whole)) for fit in (null, final)]
+    def distances(
+        places: Sequence[tuple[int, np.ndarray]], curves: Sequence[FloatArray],
+        pairs: Sequence[tuple[FloatArray, FloatArray]],
+    ) -> list[list[float]]:  # fmt: skip
+        """Of the null model and the verdict's, at coordinates for every place."""
+        return [
+            [float(np.mean(np.abs(_curve(fit.hypothesis, pair[i], *place) - curve)) / layout.rate[place[0]])
+             for place, curve, pair in zip(places, curves, pairs, strict=True)]
+            for i, fit in enumerate((null, final))
+        ]  # fmt: skip
+
+    of_whole = measured(whole)
+    full = out = distances(whole, of_whole, [(null.mode, final.mode)] * len(whole))
     told = len(left_out) == len(each)
     if told:
-        out = [distances(fit.hypothesis, each, [pair[i] for pair in left_out]) for i, fit in enumerate((null, final))]
+        out = distances(each, measured(each) if parts else of_whole, left_out)
     before, after, *held_out = (float(np.mean(some)) for some in (*full, *out))
+    kind = "records" if single else "tests"
     result: dict[str, Any] = {"tests": [], "before": before, "after": after}
     result |= dict(zip(("held_out_before", "held_out_after"), held_out if told else (None, None), strict=True))
-    kind = "records" if single else "tests"
     result[kind] = []
     if told:
         result["amplitudes" if parts else kind] = [
-            {**_named(data, r, part if parts else None, single), "before": before, "after": after}
-            for (r, part), before, after in zip(each, *out, strict=True)
-        ]
+            {
+                **({"record": layout.records[r]} if parts or single else {"test": data.tests[layout.test[r]]}),
+                **({"amplitude": amplitudes_in(data, cycles)} if parts else {}),
+                "rig": data.rigs[layout.rig[r]], "before": before, "after": after,
+            }
+            for (r, cycles), before, after in zip(each, *out, strict=True)
+        ]  # fmt: skip
     return result
-
-
-def _named(data: GapData, record: int, part: np.ndarray | None, single: bool) -> dict[str, Any]:
-    """What one curve is of: a part of a record, (N,) of bool, a record, or the test that one is of; and the rig."""
-    layout, named = data.layout, {"rig": data.rigs[data.layout.rig[record]]}
-    if part is None and not single:
-        return {"test": data.tests[layout.test[record]]} | named
-    seen = data.channels.amplitude[clear(data.channels) & part] if part is not None else None
-    between = {} if seen is None else {"amplitude": [seen.min(), seen.max()]}
-    return {"record": layout.records[record]} | between | named
 
 
 def _curve(hypothesis: Hypothesis, u: FloatArray, record: int, cycles: np.ndarray) -> FloatArray:

@@ -52,12 +52,6 @@ def leading(joint: PeakResult) -> LawResult:
     return max(joint.laws, key=lambda law: weight[law.label])
 
 
-def examined(tests: Sequence[TestResult], joint: PeakResult, law: LawResult) -> list[Examined]:
-    """Every test in the joint posterior of one law, in the order of the tests, all with as many chains and draws."""
-    peaks = _of_law(law, joint.tests, tests[0].samples.log_prob.shape)
-    return [peaks[result.test.name] if result.test.name in peaks else _alone(result) for result in tests]
-
-
 def _alone(result: TestResult) -> Examined:
     chain = result.samples.chain
     terms = result.posterior.log_prior_terms(end_to_end(chain)).reshape(chain.shape)
@@ -117,8 +111,12 @@ def examined_groups(
 ) -> dict[str, xr.Dataset]:
     """Groups of the tree: `examined`, and what the same draws say of every cycle."""
     law, runs = leading(joint), _runs(joint)
-    by_law = {one.label: examined(tests, joint, one) for one in joint.laws if one is law or one.label in runs}
-    parts = by_law[law.label]
+    shape = tests[0].samples.log_prob.shape  # all have as many chains and draws
+    alone = {result.test.name: _alone(result) for result in tests if result.test.name not in joint.tests}
+    by_law = {
+        one.label: alone | _of_law(one, joint.tests, shape) for one in joint.laws if one is law or one.label in runs
+    }
+    parts = [by_law[law.label][result.test.name] for result in tests]
     known = [variable.name for variable in SCHEMA["examined"]]
     names = [name for name in known if all(name in part.values for part in parts)]
     group = dataset(
@@ -131,9 +129,9 @@ def examined_groups(
         group.attrs["runs"] = ", ".join(f"{label} {100.0 * count / RUNS:.0f} %" for label, count in runs.items())
     streams = {label: "" if label == law.label else f", {label}" for label in runs}
     free = [
-        _freely([(by_law[label][j], count, sampling.generator(f"predictive of {part.name}{streams[label]}"))
+        _freely([(by_law[label][part.name], count, sampling.generator(f"predictive of {part.name}{streams[label]}"))
                  for label, count in runs.items()])
-        for j, part in enumerate(parts) if part.posterior.data.size
+        for part in parts if part.posterior.data.size
     ]  # fmt: skip
     return {"examined": group, **_by_cycle(parts, free, ensemble)}
 

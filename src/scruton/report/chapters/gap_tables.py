@@ -32,7 +32,7 @@ def held_out_table(gap: Mapping[str, Any], of: Notation, unit: str) -> Table:
         return tuple(of.missing if error is None else f"{100.0 * error:.1f} %" for error in errors)
 
     (factor, shown), (per, _) = shown_in(unit), shown_in(SCRUTON)
-    records, in_wind = curves.get("records", ()), bool((shrink.get("headline") or {}).get("in_wind"))
+    records = curves.get("records", ())
     if not tests and "test" in (shrink.get("headline") or {}):
         level = {one["record"]: one for one in shrink["stable_amplitude_of_records"]}
         nothing = dict.fromkeys(("measured", "error_before", "error_after"))
@@ -53,6 +53,7 @@ def held_out_table(gap: Mapping[str, Any], of: Notation, unit: str) -> Table:
             (False, False, True, True, True, True, True),
         )
     if parts := curves.get("amplitudes", ()):
+        over = "relaxation" if shrink["headline"]["in_wind"] else "structural"
         return Table(
             "gap_amplitudes",
             "Errors of what the rest of the record foretells of its large and its small amplitudes, before and after "
@@ -63,7 +64,7 @@ def held_out_table(gap: Mapping[str, Any], of: Notation, unit: str) -> Table:
                  *off(one["before"], one["after"]))
                 for one in parts
             ],
-            f"Damping: the curve, in the mean, over the {'relaxation' if in_wind else 'structural'} damping.",
+            f"Damping: the curve, in the mean, over the {over} damping.",
             (False, False, True, True, True),
         )  # fmt: skip
     if not tests:
