@@ -38,7 +38,8 @@ def make_data(amplitudes, se, period, gaps=None, records=None):
 
 def step_by_step(data, a_star, lam, q, r, wind=None, *, n=-1.0, initial_sd=1.0):
     """`innovations` by the plain filter, one walker after another."""
-    return _filtered(data, contiguous(a_star, lam, q, r, *(wind or Wind()).sizes, n), initial_sd)[:2]
+    wind = wind or Wind()
+    return _filtered(data, contiguous(a_star, lam, q, r, *wind.sizes, n), initial_sd, wind)[:2]
 
 
 def dense_log_likelihood(data, a_star, lam, q, r, sd0, gust=0.0, gust_rate=1.0, set_point=0.0, per_cycle=120):

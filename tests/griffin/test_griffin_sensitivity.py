@@ -12,7 +12,8 @@ from test_griffin_predict import ROW, campaign_tree
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.griffin import predict, predictive_draws
 from scruton.griffin.discrepancy import STATED, one_rig, with_discrepancy
-from scruton.griffin.sensitivity import points_of, prediction_sensitivity, weighted_band
+from scruton.griffin.sensitivity import _errors, points_of, prediction_sensitivity, weighted_band
+from scruton.stats.convergence import monte_carlo_error
 from scruton.stats.priors import Prior
 
 PRIOR = Prior("discrepancy_amplitude", "lognormal", 0.1, 0.8)
@@ -45,7 +46,8 @@ def test_halved_and_doubled_is_what_another_card_would_give(monkeypatch: pytest.
     rows = prediction_sensitivity(with_scales(tree, 0.1), [("design", 10.0)])
     tau, kappa = rows
     assert [row.source for row in rows] == ["tau", "kappa"]
-    assert 0.0 < tau.error < 0.1 * (tau.high - tau.low)
+    for errors in (tau.errors, tau.halved_errors, tau.doubled_errors):
+        assert 0.0 < min(errors) < max(errors) < 0.2 * (tau.high - tau.low)
     for factor, found in ((0.5, tau.halved), (2.0, tau.doubled)):
         draws = predictive_draws(with_scales(tree, 0.1 * factor, seed=1), [10.0], seed=1)[:, 0]
         np.testing.assert_allclose(np.log(found), np.log(np.quantile(draws, [0.5, 0.05, 0.95])), atol=0.03 * 2 * factor)
@@ -53,6 +55,24 @@ def test_halved_and_doubled_is_what_another_card_would_give(monkeypatch: pytest.
     # kappa is of the settings tested, and predictions of a given curve do not know it
     assert kappa.distance < 0.03
     np.testing.assert_allclose(np.log(kappa.doubled), np.log((kappa.median, kappa.low, kappa.high)), atol=0.06)
+
+
+def test_errors_of_reweighted_quantiles_are_their_scatter_from_run_to_run() -> None:
+    """Also where draws of one chain hang together, and where the upper end lies at infinity."""
+    rng, bands, errors = np.random.default_rng(3), [], []
+    for _ in range(200):
+        noise = rng.standard_normal((8, 250))
+        draws = noise.copy()
+        for k in range(1, 250):
+            draws[:, k] = 0.6 * draws[:, k - 1] + 0.8 * noise[:, k]
+        own, log_weights = draws.reshape(-1), 0.4 * draws.reshape(-1)
+        bands.append(weighted_band(own, log_weights))
+        errors.append(_errors(own, log_weights, 8))
+    np.testing.assert_allclose(np.mean(errors, axis=0), np.std(bands, axis=0), rtol=0.2)
+    flat = _errors(own, np.zeros(own.size), 8)
+    np.testing.assert_allclose(flat, [monte_carlo_error(draws, p) for p in (0.5, 0.05, 0.95)], rtol=0.15)
+    own[own > 1.0] = np.inf
+    assert np.isfinite(_errors(own, log_weights, 8)).tolist() == [True, True, False]
 
 
 def test_law_weights_are_halved_and_doubled_by_their_odds(monkeypatch: pytest.MonkeyPatch) -> None:

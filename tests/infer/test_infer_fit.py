@@ -274,6 +274,7 @@ def test_the_departure_is_that_of_the_draws_that_are_printed(quick):
     scale = joint_draws(quick.tree).tests[name]["departure_scale"]
     assert np.all(np.diff(place) > 0)
     assert place.max() < scale.size
+    assert "shared_column" not in group, "one test shares nothing with any other"
     away = np.abs(theta).max(axis=1)
     assert np.all(away < 4.5 * scale[place])
     assert np.corrcoef(np.log(away), np.log(scale[place]))[0, 1] > 0.8

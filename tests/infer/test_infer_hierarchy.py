@@ -56,7 +56,7 @@ def peak_test(name, n, data, damping, factor, log_sd, steady=()):
     return PeakTest(name, WindPosterior(priors, data, steady, OMEGA0, n), factor, draws, log_sd)
 
 
-def campaign(n):
+def campaign(n, *, shares=False):
     """Three tests: uncertain mass; mass known; lock-in alone, which says nothing of the relaxation."""
     rng = np.random.default_rng(3)
     tests = [
@@ -68,6 +68,7 @@ def campaign(n):
         lognormal("", 0.04, 0.4), lognormal("", 0.03, 0.3), lognormal("", 0.09, 0.4), lognormal("", 0.20, 0.4),
     )  # fmt: skip
     free = n is None
+    tests = [replace(one, wind=replace(one.wind, shares=shares)) for one in tests]
     return CampaignPosterior(tests, shared, -1.0 if free else n, EXPONENT if free else None)
 
 
@@ -155,6 +156,10 @@ def obvious(posterior, u):
     own_sd, common_sd = 0.3 * np.sqrt(0.14), 0.3 * np.sqrt(0.86)  # of the logarithms of set-point scatters, which share
     common = u.pop(0)
     prior += normal(common, np.log(0.008), common_sd)
+    # Half of the variance of every column of a departure is shared.
+    bent = np.array([u.pop(0) for _ in range(5)]) if posterior.shares else np.zeros(5)
+    own = 0.5 if posterior.shares else 1.0
+    prior += normal(bent, 0, 1).sum() if posterior.shares else 0.0
     at_zero = max(n, 0.0)  # of the Scruton number: G is the relaxation at zero damping for n > 0, or that of the test
     for coordinate, one in zip(shared, posterior.shared, strict=True):
         prior += normal(coordinate, np.log(one.first), one.second)
@@ -164,8 +169,8 @@ def obvious(posterior, u):
     for one in posterior.tests:
         mine = [u.pop(0) for _ in range(9)]
         a_star, second, scatter, noise, gust, gust_time, set_point, departure, xi = mine
-        for coordinate, own in zip(mine[2:], one.wind.priors[2:], strict=True):
-            about = (common, own_sd) if own.name == "set_point_scatter" else (np.log(own.first), own.second)
+        for coordinate, stated in zip(mine[2:], one.wind.priors[2:], strict=True):
+            about = (common, own_sd) if stated.name == "set_point_scatter" else (np.log(stated.first), stated.second)
             prior += normal(coordinate, *about)
         factor = one.mass_damping_factor
         if one.factor_log_sd:
@@ -198,7 +203,8 @@ def obvious(posterior, u):
         # no tunnel is worse than this
         gust, set_point = min(np.exp(gust), 0.06), min(np.exp(set_point), 0.03)
         if one.wind.data.size:
-            wind = Wind(gust * a, lam / np.exp(gust_time), set_point * a, np.exp(departure))
+            mean = np.sqrt(0.5) * np.exp(departure) * bent[None]
+            wind = Wind(gust * a, lam / np.exp(gust_time), set_point * a, np.exp(departure), mean, own)
             walker = (np.array([v]) for v in (a, lam, q, np.exp(noise)))
             likelihood += pointwise_log_likelihood(*innovations(one.wind.data, *walker, wind, n=n)).sum()
         for level in one.wind.steady:
@@ -211,9 +217,9 @@ def obvious(posterior, u):
     return prior, likelihood
 
 
-@pytest.mark.parametrize("n", LAWS)
-def test_density_is_that_of_the_models_statement(n):
-    posterior, rng = campaign(n), np.random.default_rng(5)
+@pytest.mark.parametrize(("n", "shares"), [*((n, False) for n in LAWS), (-1.0, True), (2.0, True), (None, True)])
+def test_density_is_that_of_the_models_statement(n, shares):
+    posterior, rng = campaign(n, shares=shares), np.random.default_rng(5)
     inside = posterior.prior_draws(rng, 30)
     # and points that have nothing to do with the curve, many of them off the constraint
     away = posterior.prior_draws(rng, 30) + 0.5 * rng.standard_normal(inside.shape)

@@ -8,9 +8,11 @@ import pytest
 from scipy.stats import norm
 
 from scruton.campaign import load_campaign
+from scruton.dynamics.departure import COLUMNS
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.envelope import record_cycles
 from scruton.infer.cards import load_card
+from scruton.infer.drift import departure_group
 from scruton.infer.fit import fit_rig, fit_test
 from scruton.infer.models import WIND, SteadyAmplitude
 from scruton.infer.off_curve import off_curve
@@ -31,6 +33,7 @@ from scruton.infer.thresholds import (
     CARRIES,
     COARSENED,
     DEPARTS,
+    DEPARTURE_IN_COMMON,
     FAVOURED,
     HOPELESS,
     LAWS_SHARE_ALONE,
@@ -176,6 +179,18 @@ def test_one_setting_leaves_every_law_an_equal_share(every_law, card):
     np.testing.assert_allclose(alone.told, (1 - LAWS_SHARE_ALONE) * result.weights.weight, atol=1e-12)
     assert alone.rule.name == "evidence, equal shares"
     assert f"{LAWS_SHARE_ALONE:.0%} in equal shares, since one setting does not tell" in alone.rule.sentence
+
+
+def test_tests_share_a_part_of_their_departures_and_say_which(tests_of, peaks_of, sampling):
+    """One number a ramp for all of them, of the draws that are printed; where the law holds little is told of it."""
+    tests, result = tests_of("paper")[1], peaks_of("paper")
+    assert all(one.wind.shares for law in result.laws for one in law.posterior.tests)
+    sampled = SimpleNamespace(tests=tests, peaks=result.tests, joint=result)
+    group = departure_group(sampled, sampling())
+    shared = group["shared_column"].to_numpy()
+    assert shared.shape == (group.sizes["sample"], group.sizes["ramp"])
+    np.testing.assert_allclose(shared.std(axis=0), np.sqrt(DEPARTURE_IN_COMMON), rtol=0.25)
+    np.testing.assert_allclose(shared.mean(axis=0), 0.0, atol=0.4)
 
 
 @pytest.fixture(scope="module")
@@ -467,7 +482,7 @@ def test_one_law_raises_no_flag():
 def test_walkers_become_draws_as_far_as_the_dimensions_allow(tests_of, card):
     campaign, tests = tests_of("paper")
     posterior = campaign_posterior(campaign, tests, Sampling(card, 0), -1.0)
-    assert len(posterior.priors) == 5 + 2 * len(WIND), "the curve, and the set-point scatter that both lie about"
+    assert len(posterior.priors) == 5 + COLUMNS + 2 * len(WIND), "the curve, and what both tests have in common"
     size = max(block.members.size for block in posterior.blocks)
     assert size == len(WIND) - 1, "no record is read for the damping ratio, which the curve moves"
     least = 4 * size  # walkers that the largest block needs

@@ -277,6 +277,16 @@ def test_correlated_draws_counted_as_independent_give_an_error_too_small():
     assert max(one.effective_size for one in aware) < 600 < naive[0].effective_size == 16 * 128
 
 
+def test_draws_of_a_proposal_that_lie_absurdly_far_out_move_no_bridge():
+    """A filter that all but loses its way gives a density that is finite, and of no size that a root is sought over."""
+    rng = np.random.default_rng(5)
+    at_draws, at_new = 3.0 + 0.3 * rng.standard_normal((4, 500)), 3.0 + 0.3 * rng.standard_normal(2000)
+    plain = bridge(at_draws, np.append(at_new, [-np.inf, -np.inf]))
+    for far in (-1e6, -1e250):
+        found = bridge(at_draws, np.append(at_new, [far, far]))
+        assert (found.log_z, found.error, found.overlap) == (plain.log_z, plain.error, plain.overlap)
+
+
 def test_a_bridge_with_no_distance_is_exact():
     """Where posterior and proposal are proportional every term is the same: the constant, without error."""
     found = bridge(np.full((8, 50), 3.25), np.full(300, 3.25))

@@ -38,8 +38,8 @@ ROWS = COV + STATIC * (STATIC + 1) // 2
 
 @njit(cache=True, fastmath=True, error_model="numpy")
 def block_filter(  # type: ignore[no-untyped-def]
-    y, se, gap, period, a_star, lam, q, r, gust, fade, offset, departure, known, n, m0, p0, log_like, innovation,
-    variance,
+    y, se, gap, period, a_star, lam, q, r, gust, fade, offset, departure, known, own, n, m0, p0, log_like,
+    innovation, variance,
 ):  # fmt: skip
     """Log likelihood, (W,), of walkers of one law: `step_filter` with vectors.
 
@@ -53,18 +53,18 @@ def block_filter(  # type: ignore[no-untyped-def]
             x[G2, w], x[FADE, w] = gust[at] * gust[at], fade[at]
             x[OFFSET2, w], x[DEPARTURE2, w] = offset[at] * offset[at], departure[at] * departure[at]
             x[THETA + 1 : C_D, w] = known[at]
-        _block(x, y, se, gap, period, n, m0, p0, innovation[:, first:], variance[:, first:])
+        _block(x, y, se, gap, period, own, n, m0, p0, innovation[:, first:], variance[:, first:])
         for w in range(min(BLOCK, a_star.size - first)):
             log_like[first + w] = x[QUAD, w]  # about -1e300 where the filter lost its way
 
 
 @njit(cache=True, inline="always")
-def _block(x, y, se, gap, period, n, m0, p0, innovation, variance):  # type: ignore[no-untyped-def]
+def _block(x, y, se, gap, period, own, n, m0, p0, innovation, variance):  # type: ignore[no-untyped-def]
     """Fill the row `QUAD` with the log likelihoods, and columns of the innovations where they are wanted."""
     wanted = min(innovation.shape[1], BLOCK)
     x[QUAD], x[PROD], x[THETA], x[C_D:] = 0.0, 1.0, 0.0, 0.0
     for i in range(1, STATIC):
-        x[COV + i * (i + 1) // 2 + i] = x[DEPARTURE2]
+        x[COV + i * (i + 1) // 2 + i] = own * x[DEPARTURE2]
     total = np.zeros(BLOCK)
     dt, stale = -1.0, True
     departs = np.any(x[DEPARTURE2] > 0.0) or np.any(x[THETA + 1 : C_D] != 0.0)

@@ -40,6 +40,8 @@ class Wind(NamedTuple):
         `scruton.dynamics.departure`.
     known : (W, COLUMNS) array or None
         Prior means of the columns of the departure; None where they are zero.
+    own : float
+        Of the variance of a column, s^2, the part by which it scatters about that mean.
     """
 
     gust: FloatArray | float = 0.0
@@ -47,6 +49,7 @@ class Wind(NamedTuple):
     set_point: FloatArray | float = 0.0
     departure: FloatArray | float = 0.0
     known: FloatArray | None = None
+    own: float = 1.0
 
     @property
     def sizes(self) -> tuple[FloatArray | float, ...]:
@@ -89,9 +92,9 @@ def innovations(
     if _one_law(walkers[-1]):
         shape = (data.size, walkers[0].size)
         innovation, variance = np.empty(shape), np.empty(shape)
-        _in_blocks(data, walkers, initial_sd, innovation, variance, wind.known)
+        _in_blocks(data, walkers, initial_sd, innovation, variance, wind)
         return innovation, variance
-    innovation, variance, _, _ = _filtered(data, walkers, initial_sd, wind.known)
+    innovation, variance, _, _ = _filtered(data, walkers, initial_sd, wind)
     return innovation, variance
 
 
@@ -110,20 +113,18 @@ def statics(
 
     Arguments as of `innovations`.
     """
-    _, _, mean, cov = _filtered(data, contiguous(a_star, lam, q, r, *wind.sizes, n), initial_sd, wind.known)
+    _, _, mean, cov = _filtered(data, contiguous(a_star, lam, q, r, *wind.sizes, n), initial_sd, wind)
     return mean[:, 1:], cov[:, 1:, 1:]
 
 
-def _filtered(
-    data: EnvelopeData, walkers: list[FloatArray], initial_sd: float, known: FloatArray | None = None
-) -> tuple[FloatArray, ...]:
+def _filtered(data: EnvelopeData, walkers: list[FloatArray], initial_sd: float, wind: Wind) -> tuple[FloatArray, ...]:
     size = walkers[0].size
     innovation, variance = np.empty((data.size, size)), np.empty((data.size, size))
     mean, cov = np.empty((size, STATIC)), np.empty((size, STATIC, STATIC))
     arrays = (data.amplitude, data.standard_error, data.gap, data.period)
     *parameters, exponents = walkers
-    means = _means(known, size)
-    step_filter(*arrays, *parameters, means, exponents, 0.0, initial_sd**2, innovation, variance, mean, cov)
+    departure = _means(wind.known, size), wind.own
+    step_filter(*arrays, *parameters, *departure, exponents, 0.0, initial_sd**2, innovation, variance, mean, cov)
     return innovation, variance, mean, cov
 
 
@@ -152,10 +153,10 @@ def log_likelihood(
     wind = wind or Wind()
     walkers = contiguous(a_star, lam, q, r, *wind.sizes, n)
     if not _one_law(walkers[-1]):
-        terms = pointwise_log_likelihood(*_filtered(data, walkers, initial_sd, wind.known)[:2])
+        terms = pointwise_log_likelihood(*_filtered(data, walkers, initial_sd, wind)[:2])
         return np.asarray(terms.sum(axis=0))
     nothing = np.empty((0, 0))
-    out = _in_blocks(data, walkers, initial_sd, nothing, nothing, wind.known)
+    out = _in_blocks(data, walkers, initial_sd, nothing, nothing, wind)
     return np.where(out > _LOST, out, -np.inf)
 
 
@@ -170,14 +171,14 @@ def _in_blocks(
     initial_sd: float,
     innovation: FloatArray,
     variance: FloatArray,
-    known: FloatArray | None,
+    wind: Wind,
 ) -> FloatArray:
     """Log likelihoods, (W,), of walkers of one law; innovations and variances where these arrays are not empty."""
     out = np.empty(walkers[0].size)
     arrays = (data.amplitude, data.standard_error, data.gap, data.period)
     *parameters, exponents = walkers
-    means = _means(known, out.size)
-    block_filter(*arrays, *parameters, means, float(exponents[0]), 0.0, initial_sd**2, out, innovation, variance)
+    departure, n = (_means(wind.known, out.size), wind.own), float(exponents[0])
+    block_filter(*arrays, *parameters, *departure, n, 0.0, initial_sd**2, out, innovation, variance)
     return out
 
 

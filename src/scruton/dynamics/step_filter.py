@@ -71,8 +71,8 @@ def carried(c_d, c_h, m, a_star, lam, here, fade, n, dt, theta):  # type: ignore
 
 @njit(cache=True, error_model="numpy")
 def step_filter(  # type: ignore[no-untyped-def]
-    y, se, gap, period, a_star, lam, q, r, gust, fade, offset, departure, known, n, m0, p0, innovation, variance,
-    mean, cov,
+    y, se, gap, period, a_star, lam, q, r, gust, fade, offset, departure, known, own, n, m0, p0, innovation,
+    variance, mean, cov,
 ):  # fmt: skip
     """Innovations and their variances, (N, W), for any law: the plain form, one walker after another.
 
@@ -85,7 +85,7 @@ def step_filter(  # type: ignore[no-untyped-def]
         theta, p_c = mean[w], cov[w]
         theta[0], theta[1:], p_c[:] = 0.0, known[w], 0.0
         for i in range(1, STATIC):
-            p_c[i, i] = departure[w] * departure[w]
+            p_c[i, i] = own * departure[w] * departure[w]
         m, p, h, p_h, p_hh = m0, p0, 0.0, 0.0, g2
         remembered = departure[w] * departure[w] * a_star[w]  # by a wake
         at_start = g2 + remembered * remembered

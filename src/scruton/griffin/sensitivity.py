@@ -11,10 +11,11 @@ from scruton.arrays import FloatArray
 from scruton.griffin.posterior import draws_of, motion_of, peak_names
 from scruton.griffin.predict import predictive_draws
 from scruton.infer.joint import SCALES, law_weights, mixed
-from scruton.infer.sensitivity import PredictionSensitivity, beyond_chance, scaled_weights
+from scruton.infer.sensitivity import Band, PredictionSensitivity, beyond_chance, scaled_weights
 from scruton.infer.store import stored_inputs
-from scruton.stats.convergence import monte_carlo_error
+from scruton.stats.convergence import by_chain
 from scruton.stats.priors import Prior
+from scruton.stats.ranks import effective_draws_of_mean
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -92,11 +93,12 @@ def prediction_sensitivity(
         # no distance is measured to infinity
         bounded = np.minimum(own, 10.0 * np.nanmax(finite) if np.isfinite(finite).any() else 1.0)
         at = weighted_band(own, np.zeros(len(own)))
-        error = monte_carlo_error(own.reshape(group.sizes["chain"], -1), 0.5)
+        errors = _errors(own, np.zeros(len(own)), group.sizes["chain"])
         for source, log_density, moved in sources:
             distance = beyond_chance(bounded, scaled_weights(log_density, tail=source != LAWS))
             halved, doubled = (weighted_band(own, log_weight) for log_weight in moved)
-            rows.append(PredictionSensitivity(where, number, source, distance, *at, halved, doubled, error))
+            then = [_errors(own, log_weight, group.sizes["chain"]) for log_weight in moved]
+            rows.append(PredictionSensitivity(where, number, source, distance, *at, halved, doubled, errors, *then))
     return tuple(rows)
 
 
@@ -132,11 +134,31 @@ def _of_law(tree: "xr.DataTree", label: str) -> "xr.DataTree":
     return alone
 
 
-def weighted_band(draws: FloatArray, log_weights: FloatArray) -> tuple[float, float, float]:
+def weighted_band(draws: FloatArray, log_weights: FloatArray) -> Band:
     """Median, 5 and 95 % points of weighted draws that may be infinite, (S,) each."""
-    weights = np.exp(log_weights - log_weights.max())
+    median, low, high = _quantiles(draws, np.exp(log_weights - log_weights.max()), _BAND).tolist()
+    return median, low, high
+
+
+def _quantiles(draws: FloatArray, weights: FloatArray, probabilities: Sequence[float]) -> FloatArray:
     order = np.argsort(draws)
     share = np.cumsum(weights[order])
-    places = np.minimum(np.searchsorted(share / share[-1], _BAND), len(draws) - 1)
-    median, low, high = draws[order][places].tolist()
+    return draws[order][np.minimum(np.searchsorted(share / share[-1], probabilities), len(draws) - 1)]
+
+
+def _errors(draws: FloatArray, log_weights: FloatArray, chains: int) -> Band:
+    """Monte Carlo standard errors of `weighted_band`, of draws chain after chain.
+
+    What the share of the weight below a quantile is uncertain by moves the quantile.  NaN where a step from it leads to
+    infinity.
+    """
+    weights = np.exp(log_weights - log_weights.max())
+    weights /= weights.mean()
+    errors = []
+    for probability, quantile in zip(_BAND, weighted_band(draws, log_weights), strict=True):
+        told = weights * ((draws <= quantile) - probability)
+        error = told.std() / np.sqrt(effective_draws_of_mean(by_chain(told, chains)))
+        low, high = _quantiles(draws, weights, (max(probability - error, 0.0), probability + error))
+        errors.append(float(0.5 * (high - low)) if np.isfinite(high) else np.nan)
+    median, low, high = errors
     return median, low, high

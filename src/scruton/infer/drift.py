@@ -21,12 +21,13 @@ POINTS = 40  # of xi_s(A), evenly in ln A
 def departure_group(sampled: Sampled, sampling: Sampling) -> xr.Dataset:
     """Columns of the departure, given the records, for some of the draws that are printed of every test.
 
-    Of a peak test those are of the joint posterior, laws mixed by their weights as `joint_draws` mixes them; of another
-    test those of its own.
+    Of a peak test those are of the joint posterior, laws mixed by their weights as `joint_draws` mixes them, and what
+    the departures of all of them share is beside them; of another test those of its own.
     """
     names = [result.test.name for result in sampled.tests]
     draw = np.zeros((SAMPLES, len(names)), dtype=int)
     columns, ratio = np.zeros((SAMPLES, len(names), COLUMNS)), np.ones((SAMPLES, len(names)))
+    shared = np.full((SAMPLES, COLUMNS), np.nan)
     rngs = [sampling.generator(f"printed departure of {name}") for name in names]
     for k, result in enumerate(sampled.tests):
         draw[:, k] = evenly(result.samples.log_prob.size, SAMPLES)
@@ -38,7 +39,11 @@ def departure_group(sampled: Sampled, sampling: Sampling) -> xr.Dataset:
         draw[rows, k] = places
         if wind.data.size:
             columns[rows, k], ratio[rows, k] = wind.departures(v, rngs[k]), wind.rate_ratio(v)
+        if wind.shares:
+            shared[rows] = wind.shared_columns(v)
     values = {"draw_number": draw, "column": columns}
+    if np.isfinite(shared).all():
+        values["shared_column"] = shared
     varying = [result.posterior.varying for result in sampled.tests]
     if any(varying):
         none = np.full((2, POINTS), np.nan)

@@ -24,10 +24,11 @@ from functools import cached_property
 import numpy as np
 
 from scruton.arrays import FloatArray, IntArray
+from scruton.dynamics.departure import COLUMNS
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.infer.alike import of_each
 from scruton.infer.in_common import InCommon
-from scruton.infer.models import NOISE, WIND
+from scruton.infer.models import NOISE, SHARED_DEPARTURE, WIND
 from scruton.infer.peak_test import PeakTest
 from scruton.infer.thresholds import TURNS_OF_THE_SCALES, TURNS_OF_THE_SHARED
 from scruton.stats.posterior import Block, Coordinates, Posterior, Values
@@ -46,7 +47,8 @@ class CampaignPosterior(Posterior):
     Sampled: the logarithms of A_ref, R_ref over the reference mass-damping factor, tau and kappa; n where it is free;
     with several tests the set-point scatter that theirs lie about (`InCommon`); and for every test those of a*,
     lambda/omega0, scatter, noise factor, xi_s, and the standardised deviation of the mass-damping factor.  Where a
-    test's records say nothing of lambda its coordinate is w_j instead: no discrepancy squeezes it.
+    test's records say nothing of lambda its coordinate is w_j instead: no discrepancy squeezes it.  Tests whose `wind`
+    shares its departure from the law with the others' have z in common, what they share of it (`shared_departure`).
 
     Attributes
     ----------
@@ -77,6 +79,7 @@ class CampaignPosterior(Posterior):
         priors = [replace(prior, name=name) for name, prior in zip(SHARED, self.shared, strict=True)]
         priors += [self.exponent] if self.exponent else []
         priors += [self.in_common.prior] if self.in_common else []
+        priors += [Prior(f"{SHARED_DEPARTURE} {k}", "normal", 0.0, 1.0) for k in range(1, COLUMNS + 1) if self.shares]
         for test in self.tests:
             for name in test.parameters:
                 prior = test.wind.prior(name) if name in WIND else Prior(name, "normal", 0.0, 1.0)
@@ -87,11 +90,21 @@ class CampaignPosterior(Posterior):
     def own_coordinates(self) -> tuple[Coordinates, ...]:
         """Where the parameters of every test stand, by the names of `PeakTest.parameters`."""
         layouts: list[Coordinates] = []
-        start = len(SHARED) + (self.exponent is not None) + (len(self.tests) > 1)
+        start = len(SHARED) + (self.exponent is not None) + (len(self.tests) > 1) + COLUMNS * self.shares
         for test in self.tests:
             layouts.append(Coordinates(dict.fromkeys(test.parameters), start))
             start = layouts[-1].stop
         return tuple(layouts)
+
+    @property
+    def shares(self) -> bool:
+        """Whether the departures of the tests have something in common."""
+        return any(test.wind.shares for test in self.tests)
+
+    def shared_departure(self, u: FloatArray) -> FloatArray:
+        """z, what the departures of all tests share, (W, COLUMNS): standard normal; none where they share nothing."""
+        stop = self.own_coordinates[0].start
+        return u[:, stop - COLUMNS * self.shares : stop]
 
     @cached_property
     def in_common(self) -> InCommon | None:
@@ -101,7 +114,7 @@ class CampaignPosterior(Posterior):
 
     @cached_property
     def blocks(self) -> tuple[Block, ...]:
-        """What no record is read for, the discrepancies by themselves, and each test's own parameters.
+        """What no record is read for, the discrepancies by themselves, what tests share, and each test's own.
 
         Given the shared curve tests know nothing of each other, and given their amplitudes and rates it knows nothing
         of their noise, unless the law is sampled, too, or no record tells the rate and so how long gusts last.  What
@@ -116,7 +129,12 @@ class CampaignPosterior(Posterior):
             own.append(Block(np.setdiff1d(self.apart[j - 1], beyond), np.r_[shared, beyond], j))
             free += beyond.tolist()
             levels += [layout[name] for name in ("stable_amplitude", "relaxation_ratio", *noise) if name in layout]
-        curve, common = (shared[:-1], self.in_common.blocks(shared[-1:])) if self.in_common else (shared, ())
+        curve, rest = np.split(shared, [len(SHARED) + (self.exponent is not None)])
+        common: tuple[Block, ...] = self.in_common.blocks(rest[:1]) if self.in_common else ()
+        if self.shares:
+            names = "departure_scale", "relaxation_ratio"
+            bent = [layout[name] for layout in self.own_coordinates for name in names if name in layout]
+            common += (Block(rest[-COLUMNS:], np.array(bent)),)
         joint = Block(
             np.array([*curve, *free]), np.array(levels, dtype=int), times=TURNS_OF_THE_SHARED, unread=not self.exponent
         )
@@ -314,6 +332,8 @@ class CampaignPosterior(Posterior):
                 log[name] = of[name][:, j]
             if self.exponent:
                 log["law_exponent"] = self.exponents(u)
+            if test.wind.shares:
+                log[SHARED_DEPARTURE] = self.shared_departure(u)
             yield test, v
 
     def prior_sample(self, rng: np.random.Generator, size: int) -> tuple[FloatArray, np.ndarray]:

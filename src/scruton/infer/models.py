@@ -12,11 +12,12 @@ import numpy as np
 
 from scruton.arrays import FloatArray, end_to_end
 from scruton.dynamics.cycles import EnvelopeData
+from scruton.dynamics.departure import COLUMNS
 from scruton.dynamics.filter import innovations_of
 from scruton.dynamics.laws.law import Law
 from scruton.dynamics.likelihood import Wind, innovations, log_likelihood, pointwise_log_likelihood, statics
 from scruton.dynamics.trial_filter import trial_amplitudes, trial_log_likelihood
-from scruton.infer.thresholds import MOST_GUSTS, MOST_SET_POINT
+from scruton.infer.thresholds import DEPARTURE_IN_COMMON, MOST_GUSTS, MOST_SET_POINT
 from scruton.infer.varying import VaryingDamping
 from scruton.stats.posterior import Coordinates, Posterior
 from scruton.stats.priors import Prior
@@ -28,6 +29,7 @@ NOISE = (
 )  # fmt: skip
 # What is more than this is no wind of a tunnel, but something that the model lacks.
 _MOST = {"gust_scatter": MOST_GUSTS, "set_point_scatter": MOST_SET_POINT, "departure_scale": np.inf}
+SHARED_DEPARTURE = "shared_departure"  # of several tests, by a campaign
 WIND = ("stable_amplitude", "relaxation_ratio", *NOISE, "damping_ratio")
 
 
@@ -88,6 +90,9 @@ class WindPosterior(Posterior):
         Prior of the initial amplitude.
     varying : VaryingDamping, optional
         xi_s(A) where it varies: then lambda and the law are those of the wind alone, and the drift has this in it.
+    shares : bool
+        Whether a campaign says, by z (W, COLUMNS), what the departure has in common with those of other tests: its
+        columns are s (sqrt(rho) z + sqrt(1 - rho) e), rho = `DEPARTURE_IN_COMMON`, and e is integrated out.
     """
 
     priors: tuple[Prior, ...]
@@ -97,11 +102,14 @@ class WindPosterior(Posterior):
     n: float | None = -1.0
     initial_sd: float = 1.0
     varying: VaryingDamping | None = None
+    shares: bool = False
 
     @cached_property
     def coordinates(self) -> Coordinates:
-        """One column for each prior; the exponent's where it is free, be its prior held here or by a campaign."""
-        return Coordinates(dict.fromkeys(self.names if self.n is not None else (*self.names, "law_exponent")))
+        """One column for each prior, and what a campaign may hold the priors of: a free exponent, and z."""
+        names = self.names if self.n is not None else (*self.names, "law_exponent")
+        of_campaign = {SHARED_DEPARTURE: COLUMNS} if self.shares else {}
+        return Coordinates(dict.fromkeys(names) | of_campaign)
 
     def exponents(self, u: FloatArray) -> FloatArray:
         """N of every walker, (W,)."""
@@ -121,8 +129,17 @@ class WindPosterior(Posterior):
             np.minimum(np.exp(log[name] if name in self.names else none), most) for name, most in _MOST.items()
         )
         rate = lam * np.exp(-log["gust_time"]) if "gust_time" in self.names else lam
-        wind = Wind(gust * a_star, rate, set_point * a_star, departure, known)
+        own = 1.0
+        if self.shares:
+            own -= DEPARTURE_IN_COMMON
+            shared = departure[:, None] * self.shared_columns(u)
+            known = shared if known is None else known + shared
+        wind = Wind(gust * a_star, rate, set_point * a_star, departure, known, own)
         return a_star, lam, q, np.exp(log["noise_factor"]), wind
+
+    def shared_columns(self, u: FloatArray) -> FloatArray:
+        """Mean of the columns of the departure over its scale, (W, COLUMNS), where other tests have a part in it."""
+        return np.asarray(np.sqrt(DEPARTURE_IN_COMMON) * self.named(u)[SHARED_DEPARTURE])
 
     def rate_ratio(self, u: FloatArray) -> FloatArray:
         """Relaxation rate of the whole drift over that of the law, (W,): one where structural damping is constant."""

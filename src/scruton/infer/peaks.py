@@ -275,6 +275,7 @@ def campaign_posterior(
 ) -> CampaignPosterior:
     """Build the joint posterior of these tests under one law; n is free where it is None."""
     card, motion = sampling.card, campaign.section.motion
+    bent = [r for r in tests if r.posterior.data.size and "departure_scale" in r.posterior.names]
     names = ("stable_amplitude", "relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
     peaks = []
     for result in tests:
@@ -284,6 +285,7 @@ def campaign_posterior(
         median = mass.median / mass.mean * density.mean / density.median
         factor = float(_setting(campaign, result).mass_damping_factor) * median
         wind = replace(result.posterior, priors=tuple(p for p in result.posterior.priors if p.name in WIND), n=n)
+        wind = replace(wind, shares=len(bent) > 1)
         draws = end_to_end(result.samples.chain)
         peaks.append(PeakTest(result.test.name, wind, factor, draws, float(np.hypot(mass.log_sd, density.log_sd))))
     shared = tuple(card.prior(name, motion) for name in names)

@@ -220,6 +220,7 @@ SCHEMA: Mapping[str, tuple[Variable, ...]] = {
     "departure": (
         Variable("draw_number", ("sample", "test"), "i", "-", "place among the draws of the test, chain after chain"),
         Variable("column", ("sample", "test", "ramp"), "f", "-", "theta; zero for a test without transients"),
+        Variable("shared_column", ("sample", "ramp"), "f", "-", "of peak tests, shared, over its scale", optional=True),
         # Where structural damping varies with amplitude in some rig.
         Variable("rate_ratio", ("sample", "test"), "f", "-", "lambda of the whole drift over the law's", optional=True),
         Variable("structural_amplitude", ("test", "point"), "f", EITHER, "NaN where xi_s is constant", optional=True),

@@ -121,6 +121,9 @@ class Influence:
         return bool(self.khat <= TRUSTED_KHAT)
 
 
+Band = tuple[float, float, float]  # median, and both ends of a 90 % interval, or their Monte Carlo standard errors
+
+
 @dataclass(frozen=True)
 class PredictionSensitivity:
     """How far one predicted stable amplitude follows what the card says of a parameter.
@@ -141,8 +144,8 @@ class PredictionSensitivity:
         Its 90 % interval.
     halved, doubled : (float, float, float)
         The same where the prior's median (of the laws: the odds of the leading one) is halved and doubled.
-    error : float
-        Monte Carlo standard error of the median.
+    errors, halved_errors, doubled_errors : (float, float, float)
+        Monte Carlo standard errors of these medians and of both ends; NaN where an end may be infinite.
     """
 
     where: str
@@ -152,9 +155,11 @@ class PredictionSensitivity:
     median: float
     low: float
     high: float
-    halved: tuple[float, float, float]
-    doubled: tuple[float, float, float]
-    error: float
+    halved: Band
+    doubled: Band
+    errors: Band
+    halved_errors: Band
+    doubled_errors: Band
 
 
 def power_scaling(tree: "xr.DataTree") -> tuple[Scaling, ...]:

@@ -144,6 +144,10 @@ TURNS_OF_THE_SHARED, TURNS_OF_THE_SCALES = 6, 3  # -
 # later (`scruton fit` of `examples/rectangle-4to1`, seeds 0 to 2, and of `examples/closed-box-heaving`, 0 and 1).
 CHANCE_OF_ALL = 0.5  # -
 
+# Of the variance of a test's departure from the law, what the tests of a campaign share: a law that is not the body's
+# departs alike in all of them, over the stable amplitude; what sits at one amplitude does not. By judgement.
+DEPARTURE_IN_COMMON = 0.5  # -
+
 # Of the variance of the logarithm of a test's set-point scatter, what the tests of a campaign share: one tunnel sets
 # its wind by one means, and what that does to the amplitude differs between settings by a third or so. By judgement.
 SET_POINT_IN_COMMON = 0.86

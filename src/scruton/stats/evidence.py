@@ -192,9 +192,10 @@ def _solve(at_draws: FloatArray, at_new: FloatArray, size: float) -> tuple[float
         from_draws, from_new = terms(log_z)
         return float(size * from_draws.mean() - at_new.size * from_new.mean())
 
-    # One side rises with Z and the other falls: one root.
-    level = np.concatenate([at_draws.ravel(), at_new[np.isfinite(at_new)]]) + log_ratio
-    low, high = float(level.min()) - 40.0, float(level.max()) + 40.0
+    # One side rises with Z and the other falls: one root. A proposal may lie so far out that its density, which is
+    # finite, would take a thousand steps to come back from: no more than the best of them is asked.
+    ends = np.array([at_draws.min(), at_draws.max(), at_new.max()]) + log_ratio
+    low, high = float(ends.min()) - 40.0, float(ends.max()) + 40.0
     log_z = float(brentq(excess, low, high, xtol=1e-10))
     return log_z, *terms(log_z)
 

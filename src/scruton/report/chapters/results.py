@@ -1,5 +1,6 @@
 """What was found: aerodynamic damping, the Griffin plot and its law, posteriors, predictions."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +26,7 @@ from scruton.report.tables import unit_of
 from scruton.report.wording import PAGE, Notation, estimate, law_text, number, percent, stated, unit_text
 
 if TYPE_CHECKING:
-    from scruton.infer.sensitivity import PredictionSensitivity
+    from scruton.infer.sensitivity import Band, PredictionSensitivity
 
 _BY_TEST = (
     "One transient at one Scruton number holds a whole Griffin plot: each test’s own, without the records of the "
@@ -226,26 +227,30 @@ def sensitivity_table(rows: "Sequence[PredictionSensitivity]", of: Notation, uni
     sources = {} if of.plain else SOURCES
     what = f"stable amplitude [{of.unit(unit)}]" if unit else "stable amplitude"
 
-    def band(values: tuple[float, float, float]) -> str:
-        return "{} ({})".format(*of.interval(*values, factor=factor))
+    def shown(band: "Band", errors: "Band") -> tuple[str, ...]:
+        known = [None if math.isnan(error) else error for error in errors]
+        return *of.interval(*band, factor=factor), written(known, of, factor)
 
+    lines: list[tuple[str, ...]] = []
+    before = ("", np.nan)
+    for one in rows:
+        if (here := (one.where, one.scruton_number)) != before:
+            at = scruton(one.scruton_number, of.number), one.where
+            lines.append((*at, "as it is", "", *shown((one.median, one.low, one.high), one.errors)))
+            before = here
+        source, follows = sources.get(one.source, one.source), of.number(one.distance, 2)
+        lines.append(("", "", f"{source}, halved", follows, *shown(one.halved, one.halved_errors)))
+        lines.append(("", "", f"{source}, doubled", "", *shown(one.doubled, one.doubled_errors)))
     return Table(
         "prediction_sensitivity",
-        f"Sensitivity of predictions: {what} with its 90 % interval, as it is, and with the prior halved and doubled",
-        ("Sc", "where", "follows", "by", "as it is", "MC error", "halved", "doubled"),
-        [
-            (
-                scruton(row.scruton_number, of.number), row.where, sources.get(row.source, row.source),
-                of.number(row.distance, 2), band((row.median, row.low, row.high)), of.number(factor * row.error, 2),
-                band(row.halved), band(row.doubled),
-            )
-            for row in rows
-        ],
+        f"Sensitivity of predictions: {what}, as it is, and with a prior halved and doubled",
+        ("Sc", "where", "prior", "follows", "median", "90 % interval", "MC errors"),
+        lines,
         "Halved and doubled: the median of the card's prior of a discrepancy; the odds of the law with most weight. "
-        "By: cumulative Jensen-Shannon distance per doubling of the power of that prior; 0.05 and more matters. "
-        "MC error: Monte Carlo standard error of the median as it is.",
-        (True, False, False, True, True, True, True, True),
-    )  # fmt: skip
+        "Follows: cumulative Jensen-Shannon distance per doubling of the power of that prior; 0.05 and more matters. "
+        + MEANING_AT_90,
+        (True, False, False, True, True, True, True),
+    )
 
 
 def design_table(material: Material) -> Table:
