@@ -137,7 +137,7 @@ def test_a_law_beyond_doubt_is_not_sampled_and_a_near_one_is(peaks_of, card):
 
 
 def test_laplace_is_near_the_evidence(peaks_of, tests_of, card):
-    """The screening, by 15, may err by two: the prior mass of the constraint, which it leaves out, is of order one.
+    """The screening, by 15 and 28, may err by two: the mass of the constraint, which it leaves out, is of order one.
 
     So is what scatters that two records hardly tell make of it: 1.7 by those of each test, 2.1 with one in common.
     """

@@ -17,6 +17,7 @@ from scruton.infer.peak_test import PeakTest
 from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult, Weighing
 from scruton.infer.sampling import Asked, ExcludedByPriorsError, Sampling, kept_as
 from scruton.infer.thresholds import (
+    BEYOND_DOUBT,
     CARRIES,
     COARSENED,
     DEPARTS,
@@ -77,9 +78,9 @@ def fit_peaks(
 ) -> PeakResult:
     """Sample the joint posterior of the peak tests under the laws of the card, and weigh the laws by their evidence.
 
-    With several rigs, a law other than the reference that Laplace's approximation puts beyond any doubt has no weight
-    and is not sampled; with one, or where `every` law is asked for, it is sampled roughly.  One under which no point of
-    the prior explains the records never is.
+    A law other than the reference that Laplace's approximation puts beyond doubt is sampled roughly; with several rigs
+    one that has no hope has no weight either and is not sampled, unless `every` law is asked for.  One under which no
+    point of the prior explains the records never is.
 
     Parameters
     ----------
@@ -106,10 +107,10 @@ def fit_peaks(
     for i, candidate in enumerate(posteriors if several else ()):
         screening = f"screening, {labels[i]}"
         log_z[i] = sampling.once(screening, laplace_log_evidence, candidate, sampling.generator(screening))
-    doubted = ~(log_z <= log_z.max() - HOPELESS)
-    sampled = doubted | (len(tests) == 1) | every
-    doubted[0] = sampled[0] = True
-    roughly = [not doubt and label not in in_full for doubt, label in zip(doubted, labels, strict=True)]
+    sampled = ~(log_z <= log_z.max() - HOPELESS) | (len(tests) == 1) | every
+    doubtless = log_z <= log_z.max() - BEYOND_DOUBT
+    sampled[0], doubtless[0] = True, False
+    roughly = [far and label not in in_full for far, label in zip(doubtless.tolist(), labels, strict=True)]
     for k in np.flatnonzero(sampled)[:0:-1]:
         sampling.begin(*asked[k], roughly=roughly[k])
     laws: dict[int, LawResult] = {}

@@ -45,11 +45,13 @@ CHANCE = 0.05  # probability
 GROUPS_APART = 1.5  # ratio
 # Odds at which the data speak against the reference law: 20 to 1, which a true law meets once in twenty at most.
 FAVOURED = log(20.0)  # in log evidence
-# A law this far below the best by Laplace's approximation, which is good to one or two, is not sampled.
-HOPELESS = 15.0  # in log evidence
+# A law this far below the best by Laplace's approximation, which is good to one or two, is sampled roughly, if at all.
+BEYOND_DOUBT = 15.0  # in log evidence
 # Laws are approximations, and a body's own may lie between two: log evidences between them count by one over this, as
 # if so many times fewer cycles had been measured (a coarsened posterior; Miller and Dunson, JASA 114, 2019).
 COARSENED = 4.0
+# With several rigs a law is not sampled whose odds, so counted, are a thousandth of the best one's at most.
+HOPELESS = COARSENED * log(1000.0)  # in log evidence
 # Of the effective draws that the card asks for, such a law gets this part where it is sampled all the same.
 ROUGH_PART = 0.2  # -
 # Gusts of a tunnel are no larger, nor is its wind set worse: a larger one acts as this.
