@@ -62,6 +62,12 @@ class Killer:
             os.kill(self.killed, signal.SIGKILL)
 
 
+def interrupts(stage, fraction):
+    """What a user does who has seen enough for now; a listener of progress."""
+    if 0.0 < fraction < 1.0:
+        raise KeyboardInterrupt
+
+
 def files(folder: Path, *, but=()):
     """Digests of the results, by name; `but` hold how long it took."""
     found = (path for path in sorted(folder.rglob("*")) if path.is_file() and ".scruton" not in path.parts)
@@ -104,9 +110,17 @@ def test_a_challenge_is_the_same_when_a_worker_is_killed(tmp_path):
         again = Killer(client)
         run_challenge(tmp_path / "two", Execution(tmp_path / "also", workers, progress=again), seen)
         assert again.killed
+        # What was interrupted there goes on there, from what was done.
+        with pytest.raises(KeyboardInterrupt):
+            run_challenge(tmp_path / "two", Execution(tmp_path / "part", workers, progress=interrupts), seen)
+        left = []
+        goes_on = Execution(tmp_path / "part", workers, progress=lambda _, done: left.append(done), resume=True)
+        run_challenge(tmp_path / "two", goes_on, seen)
+        assert min(left) > 1.5 / 6.0, "one case was done already, and is counted"
     timeless = {"challenge-run.json", "challenge.json", "case.json"}
     assert files(tmp_path / "two", but=timeless) == files(tmp_path / "one", but=timeless)
-    assert files(tmp_path / "also", but=timeless) == files(tmp_path / "ran", but=timeless)
+    whole = files(tmp_path / "ran", but=timeless)
+    assert files(tmp_path / "also", but=timeless) == files(tmp_path / "part", but=timeless) == whole
     assert len(files(tmp_path / "also", but=timeless)) == 6
 
 
@@ -184,7 +198,14 @@ def test_a_batch_is_the_same_when_a_worker_is_killed(tmp_path):
         assert main([*words, "-o", str(tmp_path / "two"), "--scheduler", killer.address]) in (0, 1)
         watching.join(1.0)
         assert killer.killed
+        # Of a batch that was interrupted there what is left is done there.
+        part = ["-o", str(tmp_path / "part"), "--scheduler", killer.address]
+        assert main([*words[:3], *words[5:], *part]) in (0, 1)
+        first = {path: path.stat().st_mtime_ns for path in (tmp_path / "part").rglob("posterior.nc")}
+        assert main([*words, *part, "--resume"]) in (0, 1)
+        assert {path: path.stat().st_mtime_ns for path in first} == first
     fitted = {name: found for name, found in files(tmp_path / "one").items() if name.endswith("posterior.nc")}
     assert len(fitted) == 4
-    again = files(tmp_path / "two")
-    assert {name: again[name] for name in fitted} == fitted
+    for place in ("two", "part"):
+        again = files(tmp_path / place)
+        assert {name: again[name] for name in fitted} == fitted
