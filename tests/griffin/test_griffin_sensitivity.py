@@ -73,6 +73,8 @@ def test_errors_of_reweighted_quantiles_are_their_scatter_from_run_to_run() -> N
     np.testing.assert_allclose(flat, [monte_carlo_error(draws, p) for p in (0.5, 0.05, 0.95)], rtol=0.15)
     own[own > 1.0] = np.inf
     assert np.isfinite(_errors(own, log_weights, 8)).tolist() == [True, True, False]
+    assert _errors(np.zeros(80), np.zeros(80), 8) == (0.0, 0.0, 0.0), "dead for certain"
+    assert np.isnan(_errors(own[:16], log_weights[:16], 8)).all(), "two draws a chain tell nothing of each other"
 
 
 def test_law_weights_are_halved_and_doubled_by_their_odds(monkeypatch: pytest.MonkeyPatch) -> None:

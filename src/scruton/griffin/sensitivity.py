@@ -15,7 +15,7 @@ from scruton.infer.sensitivity import Band, PredictionSensitivity, beyond_chance
 from scruton.infer.store import stored_inputs
 from scruton.stats.convergence import by_chain
 from scruton.stats.priors import Prior
-from scruton.stats.ranks import effective_draws_of_mean
+from scruton.stats.ranks import FEWEST_DRAWS, effective_draws_of_mean
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -150,8 +150,12 @@ def _errors(draws: FloatArray, log_weights: FloatArray, chains: int) -> Band:
     """Monte Carlo standard errors of `weighted_band`, of draws chain after chain.
 
     What the share of the weight below a quantile is uncertain by moves the quantile.  NaN where a step from it leads to
-    infinity.
+    infinity, and of chains that are too short to tell.
     """
+    if float(draws.min()) == float(draws.max()) < np.inf:
+        return 0.0, 0.0, 0.0
+    if by_chain(draws, chains).shape[1] < FEWEST_DRAWS:
+        return np.nan, np.nan, np.nan
     weights = np.exp(log_weights - log_weights.max())
     weights /= weights.mean()
     errors = []
@@ -159,6 +163,6 @@ def _errors(draws: FloatArray, log_weights: FloatArray, chains: int) -> Band:
         told = weights * ((draws <= quantile) - probability)
         error = told.std() / np.sqrt(effective_draws_of_mean(by_chain(told, chains)))
         low, high = _quantiles(draws, weights, (max(probability - error, 0.0), probability + error))
-        errors.append(float(0.5 * (high - low)) if np.isfinite(high) else np.nan)
+        errors.append(float(0.5 * (high - low)) if np.isfinite([error, high]).all() else np.nan)
     median, low, high = errors
     return median, low, high
