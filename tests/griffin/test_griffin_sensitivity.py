@@ -12,7 +12,7 @@ from test_griffin_predict import ROW, campaign_tree
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.griffin import predict, predictive_draws
 from scruton.griffin.discrepancy import STATED, one_rig, with_discrepancy
-from scruton.griffin.sensitivity import _errors, points_of, prediction_sensitivity, weighted_band
+from scruton.griffin.sensitivity import points_of, prediction_sensitivity, weighted_band
 from scruton.stats.convergence import monte_carlo_error
 from scruton.stats.priors import Prior
 
@@ -66,15 +66,18 @@ def test_errors_of_reweighted_quantiles_are_their_scatter_from_run_to_run() -> N
         for k in range(1, 250):
             draws[:, k] = 0.6 * draws[:, k - 1] + 0.8 * noise[:, k]
         own, log_weights = draws.reshape(-1), 0.4 * draws.reshape(-1)
-        bands.append(weighted_band(own, log_weights))
-        errors.append(_errors(own, log_weights, 8))
+        band, error = weighted_band(own, log_weights, 8)
+        bands.append(band)
+        errors.append(error)
     np.testing.assert_allclose(np.mean(errors, axis=0), np.std(bands, axis=0), rtol=0.2)
-    flat = _errors(own, np.zeros(own.size), 8)
+    _, flat = weighted_band(own, np.zeros(own.size), 8)
     np.testing.assert_allclose(flat, [monte_carlo_error(draws, p) for p in (0.5, 0.05, 0.95)], rtol=0.15)
     own[own > 1.0] = np.inf
-    assert np.isfinite(_errors(own, log_weights, 8)).tolist() == [True, True, False]
-    assert _errors(np.zeros(80), np.zeros(80), 8) == (0.0, 0.0, 0.0), "dead for certain"
-    assert np.isnan(_errors(own[:16], log_weights[:16], 8)).all(), "two draws a chain tell nothing of each other"
+    assert np.isfinite(weighted_band(own, log_weights, 8)[1]).tolist() == [True, True, False]
+    assert weighted_band(np.zeros(80), np.zeros(80), 8)[1] == (0.0, 0.0, 0.0), "dead for certain"
+    assert np.isnan(weighted_band(own[:16], log_weights[:16], 8)[1]).all(), (
+        "two draws a chain tell nothing of each other"
+    )
 
 
 def test_law_weights_are_halved_and_doubled_by_their_odds(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -104,7 +107,7 @@ def test_a_weighted_band_is_that_of_draws_repeated() -> None:
     draws = np.array([3.0, 1.0, np.inf, 0.0, 2.0])
     counts = np.array([20, 30, 3, 10, 37])
     expected = np.quantile(np.repeat(draws, counts), [0.5, 0.05, 0.95], method="inverted_cdf")
-    np.testing.assert_array_equal(weighted_band(draws, np.log(counts)), expected)
+    np.testing.assert_array_equal(weighted_band(draws, np.log(counts), 1)[0], expected)
 
 
 # ------------------------------------------------------------------------------------------------ one rig

@@ -9,7 +9,7 @@ from scipy import stats
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.dynamics.likelihood import Wind, innovations, pointwise_log_likelihood
 from scruton.infer.hierarchy import SHARED, CampaignPosterior
-from scruton.infer.models import NOISE, WIND, SteadyAmplitude, WindPosterior
+from scruton.infer.models import NOISE, SHARED_DEPARTURE, WIND, SteadyAmplitude, WindPosterior
 from scruton.infer.peak_test import PeakTest
 from scruton.infer.thresholds import SET_POINT_IN_COMMON
 from scruton.stats.convergence import SamplerSettings
@@ -157,9 +157,9 @@ def obvious(posterior, u):
     common = u.pop(0)
     prior += normal(common, np.log(0.008), common_sd)
     # Half of the variance of every column of a departure is shared.
-    bent = np.array([u.pop(0) for _ in range(5)]) if posterior.shares else np.zeros(5)
-    own = 0.5 if posterior.shares else 1.0
-    prior += normal(bent, 0, 1).sum() if posterior.shares else 0.0
+    bent = np.array([u.pop(0) for _ in range(5)]) if SHARED_DEPARTURE in posterior.shared_coordinates else np.zeros(5)
+    own = 0.5 if SHARED_DEPARTURE in posterior.shared_coordinates else 1.0
+    prior += normal(bent, 0, 1).sum() if SHARED_DEPARTURE in posterior.shared_coordinates else 0.0
     at_zero = max(n, 0.0)  # of the Scruton number: G is the relaxation at zero damping for n > 0, or that of the test
     for coordinate, one in zip(shared, posterior.shared, strict=True):
         prior += normal(coordinate, np.log(one.first), one.second)

@@ -92,13 +92,17 @@ def prediction_sensitivity(
         finite = np.where(np.isfinite(own), own, np.nan)
         # no distance is measured to infinity
         bounded = np.minimum(own, 10.0 * np.nanmax(finite) if np.isfinite(finite).any() else 1.0)
-        at = weighted_band(own, np.zeros(len(own)))
-        errors = _errors(own, np.zeros(len(own)), group.sizes["chain"])
+        at, errors = weighted_band(own, np.zeros(len(own)), group.sizes["chain"])
         for source, log_density, moved in sources:
             distance = beyond_chance(bounded, scaled_weights(log_density, tail=source != LAWS))
-            halved, doubled = (weighted_band(own, log_weight) for log_weight in moved)
-            then = [_errors(own, log_weight, group.sizes["chain"]) for log_weight in moved]
-            rows.append(PredictionSensitivity(where, number, source, distance, *at, halved, doubled, errors, *then))
+            (halved, of_halved), (doubled, of_doubled) = (
+                weighted_band(own, log_weight, group.sizes["chain"]) for log_weight in moved
+            )
+            rows.append(
+                PredictionSensitivity(
+                    where, number, source, distance, *at, halved, doubled, errors, of_halved, of_doubled
+                )
+            )
     return tuple(rows)
 
 
@@ -134,35 +138,32 @@ def _of_law(tree: "xr.DataTree", label: str) -> "xr.DataTree":
     return alone
 
 
-def weighted_band(draws: FloatArray, log_weights: FloatArray) -> Band:
-    """Median, 5 and 95 % points of weighted draws that may be infinite, (S,) each."""
-    median, low, high = _quantiles(draws, np.exp(log_weights - log_weights.max()), _BAND).tolist()
-    return median, low, high
+def weighted_band(draws: FloatArray, log_weights: FloatArray, chains: int) -> tuple[Band, Band]:
+    """Median, 5 and 95 % points of weighted draws, and the Monte Carlo standard error of each.
 
-
-def _quantiles(draws: FloatArray, weights: FloatArray, probabilities: Sequence[float]) -> FloatArray:
-    order = np.argsort(draws)
-    share = np.cumsum(weights[order])
-    return draws[order][np.minimum(np.searchsorted(share / share[-1], probabilities), len(draws) - 1)]
-
-
-def _errors(draws: FloatArray, log_weights: FloatArray, chains: int) -> Band:
-    """Monte Carlo standard errors of `weighted_band`, of draws chain after chain.
-
-    What the share of the weight below a quantile is uncertain by moves the quantile.  NaN where a step from it leads to
-    infinity, and of chains that are too short to tell.
+    Draws, (S,) chain after chain, may be infinite.  What the share of the weight below a quantile is uncertain by moves
+    the quantile; the error is NaN where a step from it leads to infinity, and of chains that are too short to tell.
     """
-    if float(draws.min()) == float(draws.max()) < np.inf:
-        return 0.0, 0.0, 0.0
-    if by_chain(draws, chains).shape[1] < FEWEST_DRAWS:
-        return np.nan, np.nan, np.nan
     weights = np.exp(log_weights - log_weights.max())
     weights /= weights.mean()
-    errors = []
-    for probability, quantile in zip(_BAND, weighted_band(draws, log_weights), strict=True):
-        told = weights * ((draws <= quantile) - probability)
-        error = told.std() / np.sqrt(effective_draws_of_mean(by_chain(told, chains)))
-        low, high = _quantiles(draws, weights, (max(probability - error, 0.0), probability + error))
-        errors.append(float(0.5 * (high - low)) if np.isfinite([error, high]).all() else np.nan)
-    median, low, high = errors
-    return median, low, high
+    order = np.argsort(draws)
+    ordered, share = draws[order], np.cumsum(weights[order])
+    share /= share[-1]
+
+    def quantiles(probabilities: Sequence[float]) -> list[float]:
+        found: list[float] = ordered[np.minimum(np.searchsorted(share, probabilities), len(draws) - 1)].tolist()
+        return found
+
+    def error(probability: float, quantile: float) -> float:
+        if ordered[0] == ordered[-1] < np.inf:
+            return 0.0
+        told = by_chain(weights * ((draws <= quantile) - probability), chains)
+        if told.shape[1] < FEWEST_DRAWS:
+            return np.nan
+        sd = float(told.std() / np.sqrt(effective_draws_of_mean(told)))
+        low, high = quantiles((max(probability - sd, 0.0), probability + sd))
+        return 0.5 * (high - low) if np.isfinite([sd, high]).all() else np.nan
+
+    median, low, high = quantiles(_BAND)
+    of_median, of_low, of_high = (error(p, at) for p, at in zip(_BAND, (median, low, high), strict=True))
+    return (median, low, high), (of_median, of_low, of_high)

@@ -27,7 +27,7 @@ from scruton.arrays import FloatArray, IntArray
 from scruton.dynamics.departure import COLUMNS
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.infer.alike import of_each
-from scruton.infer.in_common import InCommon
+from scruton.infer.in_common import COMMON, InCommon
 from scruton.infer.models import NOISE, SHARED_DEPARTURE, WIND
 from scruton.infer.peak_test import PeakTest
 from scruton.infer.thresholds import TURNS_OF_THE_SCALES, TURNS_OF_THE_SHARED
@@ -48,7 +48,7 @@ class CampaignPosterior(Posterior):
     with several tests the set-point scatter that theirs lie about (`InCommon`); and for every test those of a*,
     lambda/omega0, scatter, noise factor, xi_s, and the standardised deviation of the mass-damping factor.  Where a
     test's records say nothing of lambda its coordinate is w_j instead: no discrepancy squeezes it.  Tests whose `wind`
-    shares its departure from the law with the others' have z in common, what they share of it (`shared_departure`).
+    shares its departure from the law with the others' have z in common, what they share of it.
 
     Attributes
     ----------
@@ -79,7 +79,8 @@ class CampaignPosterior(Posterior):
         priors = [replace(prior, name=name) for name, prior in zip(SHARED, self.shared, strict=True)]
         priors += [self.exponent] if self.exponent else []
         priors += [self.in_common.prior] if self.in_common else []
-        priors += [Prior(f"{SHARED_DEPARTURE} {k}", "normal", 0.0, 1.0) for k in range(1, COLUMNS + 1) if self.shares]
+        if SHARED_DEPARTURE in self.shared_coordinates:
+            priors += [Prior(f"{SHARED_DEPARTURE} {k}", "normal", 0.0, 1.0) for k in range(1, COLUMNS + 1)]
         for test in self.tests:
             for name in test.parameters:
                 prior = test.wind.prior(name) if name in WIND else Prior(name, "normal", 0.0, 1.0)
@@ -87,24 +88,22 @@ class CampaignPosterior(Posterior):
         return tuple(priors)
 
     @cached_property
+    def shared_coordinates(self) -> Coordinates:
+        """Where stands what all tests share; with several also what they have in common beside the curve."""
+        free = ("law_exponent",) if self.exponent else ()
+        common = (COMMON,) if len(self.tests) > 1 else ()
+        departure = {SHARED_DEPARTURE: COLUMNS} if any(test.wind.shares for test in self.tests) else {}
+        return Coordinates(dict.fromkeys((*SHARED, *free, *common)) | departure)
+
+    @cached_property
     def own_coordinates(self) -> tuple[Coordinates, ...]:
         """Where the parameters of every test stand, by the names of `PeakTest.parameters`."""
         layouts: list[Coordinates] = []
-        start = len(SHARED) + (self.exponent is not None) + (len(self.tests) > 1) + COLUMNS * self.shares
+        start = self.shared_coordinates.stop
         for test in self.tests:
             layouts.append(Coordinates(dict.fromkeys(test.parameters), start))
             start = layouts[-1].stop
         return tuple(layouts)
-
-    @property
-    def shares(self) -> bool:
-        """Whether the departures of the tests have something in common."""
-        return any(test.wind.shares for test in self.tests)
-
-    def shared_departure(self, u: FloatArray) -> FloatArray:
-        """z, what the departures of all tests share, (W, COLUMNS): standard normal; none where they share nothing."""
-        stop = self.own_coordinates[0].start
-        return u[:, stop - COLUMNS * self.shares : stop]
 
     @cached_property
     def in_common(self) -> InCommon | None:
@@ -120,7 +119,8 @@ class CampaignPosterior(Posterior):
         of their noise, unless the law is sampled, too, or no record tells the rate and so how long gusts last.  What
         costs no likelihood is moved several times as often; discrepancies follow squares, of which no regression knows.
         """
-        shared = np.arange(self.own_coordinates[0].start)
+        all_share = self.shared_coordinates
+        shared = np.arange(all_share.stop)
         own: list[Block] = []
         free, levels = [], []
         for j, (test, layout) in enumerate(zip(self.tests, self.own_coordinates, strict=True), 1):
@@ -129,12 +129,12 @@ class CampaignPosterior(Posterior):
             own.append(Block(np.setdiff1d(self.apart[j - 1], beyond), np.r_[shared, beyond], j))
             free += beyond.tolist()
             levels += [layout[name] for name in ("stable_amplitude", "relaxation_ratio", *noise) if name in layout]
-        curve, rest = np.split(shared, [len(SHARED) + (self.exponent is not None)])
-        common: tuple[Block, ...] = self.in_common.blocks(rest[:1]) if self.in_common else ()
-        if self.shares:
+        curve = [all_share[name] for name in (*SHARED, "law_exponent") if name in all_share]
+        common: tuple[Block, ...] = self.in_common.blocks(np.array([all_share[COMMON]])) if self.in_common else ()
+        if SHARED_DEPARTURE in all_share:
             names = "departure_scale", "relaxation_ratio"
             bent = [layout[name] for layout in self.own_coordinates for name in names if name in layout]
-            common += (Block(rest[-COLUMNS:], np.array(bent)),)
+            common += (Block(shared[all_share[SHARED_DEPARTURE]], np.array(bent)),)
         joint = Block(
             np.array([*curve, *free]), np.array(levels, dtype=int), times=TURNS_OF_THE_SHARED, unread=not self.exponent
         )
@@ -333,7 +333,7 @@ class CampaignPosterior(Posterior):
             if self.exponent:
                 log["law_exponent"] = self.exponents(u)
             if test.wind.shares:
-                log[SHARED_DEPARTURE] = self.shared_departure(u)
+                log[SHARED_DEPARTURE] = self.shared_coordinates.of(u)[SHARED_DEPARTURE]
             yield test, v
 
     def prior_sample(self, rng: np.random.Generator, size: int) -> tuple[FloatArray, np.ndarray]:

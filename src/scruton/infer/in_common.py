@@ -9,6 +9,8 @@ from scruton.infer.thresholds import CHANCE_OF_ALL, SET_POINT_IN_COMMON
 from scruton.stats.posterior import Block
 from scruton.stats.priors import Prior, normal_log_density
 
+COMMON = "common_set_point_scatter"
+
 
 @dataclass(frozen=True, eq=False)
 class InCommon:
@@ -33,7 +35,7 @@ class InCommon:
     def prior(self) -> Prior:
         """Of the scatter that they lie about."""
         spread = float(np.sqrt(SET_POINT_IN_COMMON)) * self.own.scale
-        return Prior("common_set_point_scatter", "lognormal", float(np.exp(self.own.location)), spread, self.own.unit)
+        return Prior(COMMON, "lognormal", float(np.exp(self.own.location)), spread, self.own.unit)
 
     @property
     def _spread(self) -> float:

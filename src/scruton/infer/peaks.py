@@ -285,8 +285,8 @@ def campaign_posterior(
         # The median of the factor over that of the means, as stated.
         median = mass.median / mass.mean * density.mean / density.median
         factor = float(_setting(campaign, result).mass_damping_factor) * median
-        wind = replace(result.posterior, priors=tuple(p for p in result.posterior.priors if p.name in WIND), n=n)
-        wind = replace(wind, shares=len(bent) > 1)
+        priors = tuple(p for p in result.posterior.priors if p.name in WIND)
+        wind = replace(result.posterior, priors=priors, n=n, shares=len(bent) > 1)
         draws = end_to_end(result.samples.chain)
         peaks.append(PeakTest(result.test.name, wind, factor, draws, float(np.hypot(mass.log_sd, density.log_sd))))
     shared = tuple(card.prior(name, motion) for name in names)

@@ -52,7 +52,7 @@ BEYOND_DOUBT = 15.0  # in log evidence
 COARSENED = 4.0
 # With several rigs a law is not sampled whose odds, so counted, are a thousandth of the best one's at most.
 HOPELESS = COARSENED * log(1000.0)  # in log evidence
-# Of the effective draws that the card asks for, such a law gets this part where it is sampled all the same.
+# Of the effective draws that the card asks for, a law beyond doubt gets this part where it is sampled all the same.
 ROUGH_PART = 0.2  # -
 # Gusts of a tunnel are no larger, nor is its wind set worse: a larger one acts as this.
 MOST_GUSTS, MOST_SET_POINT = 0.06, 0.03  # sd over the stable amplitude

@@ -26,12 +26,12 @@ MEANING_AT_90 = "MC errors are the Monte Carlo standard errors of the median and
 def errors_of(draws: FloatArray, chains: int, level: float = 0.90) -> Errors:
     """Monte Carlo standard errors of the median and of both ends of an interval of draws (S,), chain after chain."""
     rows = by_chain(draws, chains)
-    return [_known(monte_carlo_error(rows, p)) for p in (0.5, 0.5 - level / 2, 0.5 + level / 2)]
+    return [known(monte_carlo_error(rows, p)) for p in (0.5, 0.5 - level / 2, 0.5 + level / 2)]
 
 
 def errors_of_prediction(prediction: "Prediction") -> Errors:
     """The same of a prediction."""
-    return [_known(prediction.error(p)) for p in (0.5, 0.05, 0.95)]
+    return [known(prediction.error(p)) for p in (0.5, 0.05, 0.95)]
 
 
 def errors_of_rigs(tree: "xr.DataTree") -> dict[str, Errors]:
@@ -82,5 +82,6 @@ def in_brackets(errors: Errors | None, factor: float = 1.0) -> str:
     return f" (Monte Carlo errors {written(errors, PAGE, factor)})" if known else ""
 
 
-def _known(error: float) -> float | None:
+def known(error: float) -> float | None:
+    """An error, or None where it is not known."""
     return error if math.isfinite(error) else None

@@ -1,7 +1,7 @@
 """What was found: aerodynamic damping, the Griffin plot and its law, posteriors, predictions."""
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +10,7 @@ from scruton.report.chapters.material import Material
 from scruton.report.conventions import damping, damping_symbol, parameter_unit, parameter_words, scruton, shown_in
 from scruton.report.document import CAUTION, Block, Callout, Equation, Heading, Table, paragraph
 from scruton.report.equations import AERODYNAMIC, RECIPROCAL
-from scruton.report.errors import MEANING_AT_90, Errors, at_most, errors_of_prediction, errors_of_test, written
+from scruton.report.errors import MEANING_AT_90, Errors, at_most, errors_of_prediction, errors_of_test, known, written
 from scruton.report.maths import row
 from scruton.report.summaries import (
     covered,
@@ -228,19 +228,17 @@ def sensitivity_table(rows: "Sequence[PredictionSensitivity]", of: Notation, uni
     what = f"stable amplitude [{of.unit(unit)}]" if unit else "stable amplitude"
 
     def shown(band: "Band", errors: "Band") -> tuple[str, ...]:
-        known = [None if math.isnan(error) else error for error in errors]
-        return *of.interval(*band, factor=factor), written(known, of, factor)
+        return *of.interval(*band, factor=factor), written([known(error) for error in errors], of, factor)
 
     lines: list[tuple[str, ...]] = []
-    before = ("", np.nan)
-    for one in rows:
-        if (here := (one.where, one.scruton_number)) != before:
-            at = scruton(one.scruton_number, of.number), one.where
-            lines.append((*at, "as it is", "", *shown((one.median, one.low, one.high), one.errors)))
-            before = here
-        source, follows = sources.get(one.source, one.source), of.number(one.distance, 2)
-        lines.append(("", "", f"{source}, halved", follows, *shown(one.halved, one.halved_errors)))
-        lines.append(("", "", f"{source}, doubled", "", *shown(one.doubled, one.doubled_errors)))
+    for (where, sc), group in groupby(rows, key=lambda one: (one.where, one.scruton_number)):
+        first, *others = group
+        as_it_is = shown((first.median, first.low, first.high), first.errors)
+        lines.append((scruton(sc, of.number), where, "as it is", "", *as_it_is))
+        for one in (first, *others):
+            source, follows = sources.get(one.source, one.source), of.number(one.distance, 2)
+            lines.append(("", "", f"{source}, halved", follows, *shown(one.halved, one.halved_errors)))
+            lines.append(("", "", f"{source}, doubled", "", *shown(one.doubled, one.doubled_errors)))
     return Table(
         "prediction_sensitivity",
         f"Sensitivity of predictions: {what}, as it is, and with a prior halved and doubled",
