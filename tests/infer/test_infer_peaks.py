@@ -144,7 +144,8 @@ def test_laplace_is_near_the_evidence(peaks_of, tests_of, card):
     weights = peaks_of("paper").weights
     campaign, tests = tests_of("paper")
     posterior = campaign_posterior(campaign, tests, Sampling(card, 0), -1.0)
-    assert laplace_log_evidence(posterior, np.random.default_rng(3)) == pytest.approx(weights.log_evidence[0], abs=2.5)
+    found = laplace_log_evidence(posterior, np.random.default_rng(3))
+    assert found.log_evidence == pytest.approx(weights.log_evidence[0], abs=2.5)
 
 
 def test_a_law_that_reaches_no_data_has_no_weight_and_ends_no_run(tests_of, sampling, monkeypatch):

@@ -9,8 +9,10 @@ from scipy.special import logsumexp
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.dynamics.departure import COLUMNS
 from scruton.infer.hierarchy import CampaignPosterior
+from scruton.infer.in_common import departure_blocks
 from scruton.infer.models import SHARED_DEPARTURE, WIND, WindPosterior
 from scruton.infer.peak_test import PeakTest
+from scruton.infer.thresholds import FEW_RATES
 from scruton.stats.priors import Prior
 
 OMEGA0, PERIOD, RATE, NOISE = 50.0, 0.125, 0.5, 0.02  # the last over the amplitude
@@ -108,3 +110,16 @@ def test_walkers_move_what_is_shared_with_the_records():
     assert set(moved.tolist()) == set(range(len(names)))
     # A rig that is left out leaves what all shared in its place; one alone says of it what its own records do.
     assert posterior.without_test("B").names[: -len(tests[0].parameters)][-COLUMNS:] == tuple(names[block.members])
+
+
+def test_rates_move_with_what_they_share_where_they_are_few():
+    few, many = np.arange(20, 23), np.arange(20, 20 + FEW_RATES + 1)
+    z, curve = np.arange(4, 4 + COLUMNS), np.arange(4)
+    alone_, together = departure_blocks(z, curve, few + 20, few, few + 40)
+    assert together.members.tolist() == [*z, curve[1], *few]
+    assert not set(together.members) & set(together.given)
+    assert alone_.members.tolist() == z.tolist()
+    assert alone_.chance == together.chance == 0.5
+    (only,) = departure_blocks(z, curve, many + 20, many, many + 40)
+    assert only.members.tolist() == z.tolist()
+    assert only.chance == 1.0

@@ -70,6 +70,28 @@ def test_a_climb_ends_that_gains_next_to_nothing_in_many_steps(monkeypatch, stal
     assert (posterior.asked > 6) is goes_on
 
 
+class Gorge(Valley):
+    """A valley so steep across that a climb along it takes many steps."""
+
+    def log_likelihood(self, u):
+        x, y, z = u.T
+        return -5e4 * (y - x**2) ** 2 - 10.0 * (10.0 - x) ** 2 - 2e4 * (z + y) ** 2
+
+
+@pytest.mark.parametrize(("behind", "given_up"), [(1e4, True), (-1.0, False)])
+def test_a_climb_that_lacks_much_and_gains_little_is_given_up(monkeypatch, behind, given_up):
+    """What is of use is climbed to its end, point by point as if nothing were wanted of it."""
+    monkeypatch.setattr(optimum, "PATIENCE", 5)
+    start = np.array([[-3.0, 9.0, -9.0]])
+    posterior = Gorge()
+    posterior.wall = np.inf
+    end = climb_side_by_side(posterior, start, SCALE[None])
+    top = posterior.log_prob(end)[0]
+    found = climb_side_by_side(posterior, start, SCALE[None], top + behind)
+    assert bool(posterior.log_prob(found)[0] < top - 1.0) is given_up
+    assert given_up or np.array_equal(found, end)
+
+
 def test_searches_side_by_side_are_those_of_each_alone():
     rngs = [np.random.default_rng(seed) for seed in (1, 2)]
     together = find_optima(Valley(), rngs)

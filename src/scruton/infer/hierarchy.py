@@ -27,7 +27,7 @@ from scruton.arrays import FloatArray, IntArray
 from scruton.dynamics.departure import COLUMNS
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.infer.alike import of_each
-from scruton.infer.in_common import COMMON, InCommon
+from scruton.infer.in_common import COMMON, InCommon, departure_blocks
 from scruton.infer.models import NOISE, SHARED_DEPARTURE, WIND
 from scruton.infer.peak_test import PeakTest
 from scruton.infer.thresholds import TURNS_OF_THE_SCALES, TURNS_OF_THE_SHARED
@@ -132,9 +132,9 @@ class CampaignPosterior(Posterior):
         curve = [all_share[name] for name in (*SHARED, "law_exponent") if name in all_share]
         common: tuple[Block, ...] = self.in_common.blocks(np.array([all_share[COMMON]])) if self.in_common else ()
         if SHARED_DEPARTURE in all_share:
-            names = "departure_scale", "relaxation_ratio"
-            bent = [layout[name] for layout in self.own_coordinates for name in names if name in layout]
-            common += (Block(shared[all_share[SHARED_DEPARTURE]], np.array(bent)),)
+            names = "stable_amplitude", "relaxation_ratio", "departure_scale"
+            of_tests = (self._columns[name][1] for name in names)
+            common += departure_blocks(shared[all_share[SHARED_DEPARTURE]], np.array(curve), *of_tests)
         joint = Block(
             np.array([*curve, *free]), np.array(levels, dtype=int), times=TURNS_OF_THE_SHARED, unread=not self.exponent
         )

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray, IntArray
-from scruton.infer.thresholds import CHANCE_OF_ALL, SET_POINT_IN_COMMON
+from scruton.infer.thresholds import CHANCE_OF_ALL, FEW_RATES, SET_POINT_IN_COMMON
 from scruton.stats.posterior import Block
 from scruton.stats.priors import Prior, normal_log_density
 
@@ -61,3 +61,27 @@ class InCommon:
     def guess(self, u: FloatArray, rng: np.random.Generator) -> FloatArray:
         """A common scatter near those of the tests, (W,)."""
         return np.asarray(u[:, self.columns].mean(axis=1) + self._spread * rng.standard_normal(len(u)))
+
+
+def departure_blocks(
+    z: IntArray, curve: IntArray, levels: IntArray, rates: IntArray, scales: IntArray
+) -> tuple[Block, ...]:
+    """How the departure from the law that tests share is moved: given their rates, and with those of a few tests.
+
+    What bends the transients of all tests moves the rates of all, and their reference: turn by turn neither would get
+    far.  The rates of many tests at once are hardly ever accepted.
+
+    Parameters
+    ----------
+    z : array of int
+        Where it stands among the coordinates.
+    curve : array of int
+        Where the curve stands: its amplitude, its relaxation, and the rest.
+    levels, rates, scales : arrays of int
+        Where the tests' stable amplitudes, their rates and the scales of their departures stand.
+    """
+    alone = Block(z, np.r_[scales, rates])
+    if rates.size > FEW_RATES:
+        return (alone,)
+    together = Block(np.r_[z, curve[1], rates], np.r_[np.delete(curve, 1), levels, scales])
+    return tuple(block._replace(chance=0.5) for block in (alone, together))

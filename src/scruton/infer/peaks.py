@@ -27,7 +27,7 @@ from scruton.infer.thresholds import (
     LAWS_SHARE_DOUBTED,
 )
 from scruton.stats.evidence import evidence_by_importance, log_evidence
-from scruton.stats.optimum import laplace_log_evidence
+from scruton.stats.optimum import Laplace, laplace_log_evidence
 from scruton.stats.pareto import smoothed
 from scruton.stats.stacking import posterior_weights, stacking_weights
 from scruton.stats.student_t import fit_student_t
@@ -104,9 +104,13 @@ def fit_peaks(
     if several:
         sampling.begin(*asked[0])  # beside, while the laws are screened
     log_z, error, unknown = np.full((3, len(labels)), np.nan)
+    best = Laplace()
     for i, candidate in enumerate(posteriors if several else ()):
         screening = f"screening, {labels[i]}"
-        log_z[i] = sampling.once(screening, laplace_log_evidence, candidate, sampling.generator(screening))
+        found = sampling.once(
+            screening, laplace_log_evidence, candidate, sampling.generator(screening), best.top - HOPELESS
+        )
+        best, log_z[i] = max(best, found), found.log_evidence
     sampled = ~(log_z <= log_z.max() - HOPELESS) | (len(tests) == 1) | every
     doubtless = log_z <= log_z.max() - BEYOND_DOUBT
     sampled[0], doubtless[0] = True, False

@@ -1,13 +1,14 @@
 """The optimum of a posterior and the Student-t there: the start of every ensemble."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from scruton.arrays import FloatArray, IntArray
 from scruton.stats.posterior import Posterior
 from scruton.stats.student_t import StudentT
-from scruton.stats.thresholds import SAME_OPTIMUM, WIDEN, WORTH_A_START
+from scruton.stats.thresholds import GIVES_UP, SAME_OPTIMUM, WIDEN, WORTH_A_START
 
 
 class ImpossibleError(ValueError):
@@ -24,13 +25,17 @@ MOST_TRIALS = 400  # steps tried in one search
 STALLED, PATIENCE = 1e-3, 25  # nats that so many steps have to gain: what gains less is at the top, or on its rim
 
 
-def find_optimum(posterior: Posterior, rng: np.random.Generator, guesses: int = 256, starts: int = 3) -> StudentT:
+def find_optimum(posterior: Posterior, rng: np.random.Generator, wanted: float = -np.inf) -> StudentT:
     """Search for the optimum from the best of many guesses and describe the posterior there; see `find_optima`."""
-    return find_optima(posterior, [rng], guesses, starts)[0]
+    return find_optima(posterior, [rng], wanted=wanted)[0]
 
 
 def find_optima(
-    posterior: Posterior, rngs: Sequence[np.random.Generator], guesses: int = 256, starts: int = 3
+    posterior: Posterior,
+    rngs: Sequence[np.random.Generator],
+    guesses: int = 256,
+    starts: int = 3,
+    wanted: float = -np.inf,
 ) -> list[StudentT]:
     """Search for the optimum several times, each time from guesses of its own, and describe the posterior there.
 
@@ -44,6 +49,8 @@ def find_optima(
         Choose the guesses: each ensemble has its own, so that ensembles that meet have found the same optimum.
     guesses, starts : int
         Points looked at in each search, and how many of the best are climbed from.
+    wanted : float
+        A log posterior below which the optimum is of no use, so that a search may be given up.
 
     Raises
     ------
@@ -60,7 +67,8 @@ def find_optima(
         points.append(u[np.argsort(-value)[:starts]])
         # guesses lie as near as is known
         steps.append(np.minimum(u[np.isfinite(value)].std(axis=0) + 1e-3 * scale, scale))
-    ends = climb_side_by_side(posterior, np.concatenate(points), np.repeat(steps, [len(p) for p in points], axis=0))
+    scales = np.repeat(steps, [len(p) for p in points], axis=0)
+    ends = climb_side_by_side(posterior, np.concatenate(points), scales, wanted)
     height = posterior.log_prob(ends)
     if not np.isfinite(height).any():  # where a filter all but loses its way, rounding decides whether it does
         raise ImpossibleError(_IMPOSSIBLE)
@@ -81,32 +89,44 @@ def _elsewhere(u: FloatArray, found: Sequence[StudentT]) -> bool:
     return all(one.distance(u[None])[0] > SAME_OPTIMUM**2 for one in found)
 
 
-def laplace_log_evidence(posterior: Posterior, rng: np.random.Generator) -> float:
-    """Log evidence by Laplace's approximation at the optimum; -inf where no guess has a finite posterior.
+class Laplace(NamedTuple):
+    """Log evidence by Laplace's approximation, and the log posterior at the optimum; -inf where there is none."""
+
+    log_evidence: float = -np.inf
+    top: float = -np.inf
+
+
+def laplace_log_evidence(posterior: Posterior, rng: np.random.Generator, wanted: float = -np.inf) -> Laplace:
+    """Log evidence by Laplace's approximation at the optimum, which may be given up where it lies below `wanted`.
 
     The prior mass of the joint constraint, of order one, is left out.
     """
     try:
-        peak = find_optimum(posterior, rng)
+        peak = find_optimum(posterior, rng, wanted)
     except ValueError:
-        return -np.inf
+        return Laplace()
     log_det = float(np.log(np.diag(peak.cholesky) / WIDEN).sum())
-    return float(posterior.log_prob(peak.centre[None])[0] + 0.5 * peak.centre.size * np.log(2.0 * np.pi) + log_det)
+    top = float(posterior.log_prob(peak.centre[None])[0])
+    return Laplace(top + 0.5 * peak.centre.size * np.log(2.0 * np.pi) + log_det, top)
 
 
-def climb_side_by_side(posterior: Posterior, starts: FloatArray, scale: FloatArray) -> FloatArray:
+def climb_side_by_side(
+    posterior: Posterior, starts: FloatArray, scale: FloatArray, wanted: float = -np.inf
+) -> FloatArray:
     """Climb from several points at once, each by itself, by the BFGS method on central differences.
 
     Parameters
     ----------
     starts, scale : (K, d) arrays
         Where to begin, of finite posterior, and the units of the search there.
+    wanted : float
+        A log posterior below which an end is of no use.
 
     Returns
     -------
     (K, d) array
-        Where no component of the gradient exceeds `FLAT`, no step along the search's direction gains any more, or
-        many steps have gained next to nothing.
+        Where no component of the gradient exceeds `FLAT`, no step along the search's direction gains any more, many
+        steps have gained next to nothing, or too little of what lacks to what is wanted.
     """
     count, d = starts.shape
     z, inverse = starts / scale, np.zeros((count, d, d))
@@ -149,7 +169,8 @@ def climb_side_by_side(posterior: Posterior, starts: FloatArray, scale: FloatArr
         way[moved] = -np.einsum("kij,kj->ki", inverse[moved], gradient[moved])
         length[moved] = 1.0
         going[moved] = np.abs(gradient[moved]).max(axis=1) > FLAT
-        gained = value[at] < mark[at] - STALLED
+        worth = np.maximum(STALLED, GIVES_UP * (value[at] + wanted))  # of what it lacks
+        gained = value[at] < mark[at] - worth
         mark[at[gained]] = value[at[gained]]
         waited[at] = np.where(gained, 0, waited[at] + 1)
         going[at[waited[at] >= PATIENCE]] = False

@@ -29,7 +29,7 @@ from scruton.stats.optimum import find_optima
 from scruton.stats.posterior import Block, Posterior
 from scruton.stats.samples import Samples
 from scruton.stats.student_t import Conditional, Mixture, NoVolumeError, StudentT, conditional, fit_mixture
-from scruton.stats.thresholds import ADAPTATIONS, EARLY, FAR_BELOW, LEAST_MORE, MET, OVERDISPERSED
+from scruton.stats.thresholds import ADAPTATIONS, EARLY, FAR_BELOW, FAR_FROM_ENOUGH, LEAST_MORE, MET, OVERDISPERSED
 
 BURNT = 4  # one in so many steps of a run, its first, is not kept
 FIRST_CHUNK = 12  # steps; then as many as seem to be wanted, and at most as many as there were
@@ -215,7 +215,8 @@ def sample(
                     break
             # A run that is soon long enough is not begun anew, nor one of which what is left would be the shorter part.
             left = total + ensembles.steps <= settings.max_steps
-            late = more >= 1.0 and left and (rounds == EARLY or 2 * ensembles.steps >= total)
+            far = rounds == EARLY and FAR_FROM_ENOUGH * expected < settings.min_ess
+            late = more >= 1.0 and left and (far or 2 * ensembles.steps >= total)
             if rounds < EARLY or (rounds < ADAPTATIONS and late):
                 rounds += 1
                 ensembles.adapt(together=rounds > EARLY)

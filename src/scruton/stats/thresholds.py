@@ -50,6 +50,10 @@ SAME_OPTIMUM = 5.0  # posterior sds
 # An optimum no lower than this is worth an ensemble's start: less weight than one in 20,000, unless it is far wider.
 WORTH_A_START = 10.0  # in log posterior
 
+# A search that lies lower than is of any use is given up where 25 steps bring less than this part of what it lacks: of
+# laws a hundred nats behind, whose optimum lies at the rim of what has a stable amplitude, they bring 2 to 10 nats.
+GIVES_UP = 0.2  # of the log posterior that lacks
+
 # Scale of the walkers' start over that of the proposal, so that ensembles that agree have mixed.
 OVERDISPERSED = 1.5  # -
 
@@ -59,8 +63,12 @@ FAR_BELOW = 25.0  # in log posterior
 # So often does a run that has not converged fit its proposals to its draws and start again.
 ADAPTATIONS = 8  # times
 
-# The first of them at once, the next where the run is not soon long enough, the others where it is half of all, too.
+# The first of them at once, the next where the run has not a third of the draws that it wants, the others where it is
+# not soon long enough and half of all. The campaign model of `examples/rectangle-4to1` takes 150 steps (nine seeds)
+# where a fourth at once makes it 188; of eight others four take a tenth to a quarter fewer, three as many, one a tenth
+# more.
 EARLY = 3  # times
+FAR_FROM_ENOUGH = 3.0  # times
 
 # Ensembles whose means scatter by less have met, and share their proposals.
 MET = 0.3  # posterior sds
