@@ -78,9 +78,9 @@ class Gorge(Valley):
         return -5e4 * (y - x**2) ** 2 - 10.0 * (10.0 - x) ** 2 - 2e4 * (z + y) ** 2
 
 
-@pytest.mark.parametrize(("behind", "given_up"), [(1e4, True), (-1.0, False)])
+@pytest.mark.parametrize(("behind", "given_up"), [(1e4, True), (-1e4, False)])
 def test_a_climb_that_lacks_much_and_gains_little_is_given_up(monkeypatch, behind, given_up):
-    """What is of use is climbed to its end, point by point as if nothing were wanted of it."""
+    """From where it is of use it is climbed to its end, point by point as if nothing were wanted."""
     monkeypatch.setattr(optimum, "PATIENCE", 5)
     start = np.array([[-3.0, 9.0, -9.0]])
     posterior = Gorge()
