@@ -1,6 +1,6 @@
 """Tests at other speeds of a rig: what they say of peak tests that differ, and whether they are one model with them."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from scipy.special import logsumexp
@@ -11,7 +11,7 @@ from scruton.gap.attribute import weigh
 from scruton.gap.further_record import in_layout_of, transplanted
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.search import Place
-from scruton.gap.thresholds import SPEED_TOLERANCE
+from scruton.gap.thresholds import AHEAD_NATS, SPEED_TOLERANCE
 
 DRIFT, SETTING = "reduced_velocity_drift", "setting_dependence"
 
@@ -27,6 +27,9 @@ def weighed_at_other_speeds(place: Place, effects: Sequence[Effect], *, workers:
     .. math:: \ln\tfrac12\left(Z_\mathrm{follows} + Z_\mathrm{own}\right)
 
     and a lock-in range where the amplitude rises and falls, as it does without any gap, speaks for neither effect.
+
+    Of the other effects those tests are not asked, so that they tell these two apart and from none, but lift neither
+    above what leads them both by the peak tests.
 
     Parameters
     ----------
@@ -58,7 +61,15 @@ def weighed_at_other_speeds(place: Place, effects: Sequence[Effect], *, workers:
         for name, one in weigh(fit, asked, workers=workers).items():
             evidence[name].append(one.log_evidence)
     total = {name: float(logsumexp(both)) for name, both in evidence.items() if both}
-    return {name: total[name] - total[""] for name in total if name}
+    return _not_above_others({name: total[name] - total[""] for name in total if name}, place.gains)
+
+
+def _not_above_others(told: Mapping[str, float], gains: Mapping[str, float]) -> dict[str, float]:
+    """What was told, by name; lowered to what the peak tests gain where these have another effect well ahead."""
+    own = max((gains[name] for name in told), default=-np.inf)
+    another = max((gain for name, gain in gains.items() if name not in told), default=-np.inf)
+    over = max(max(told.values(), default=-np.inf) - own, 0.0) if another > own + AHEAD_NATS else 0.0
+    return {name: value - over for name, value in told.items()}
 
 
 def one_law_holds(alike: FittedHypothesis, others: Collection[int]) -> bool:
