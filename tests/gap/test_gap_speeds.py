@@ -15,7 +15,7 @@ from scruton.gap.data import load_gap
 from scruton.gap.diagnose import left_out_tests
 from scruton.gap.diagnosis import diagnose, fit_null
 from scruton.gap.search import Place
-from scruton.gap.speeds import DRIFT, SETTING, _not_above_others, weighed_at_other_speeds
+from scruton.gap.speeds import DRIFT, SETTING, _not_above_the_unknown, weighed_at_other_speeds
 from scruton.simulate import Noise, Truth, simulate_record
 from tests.gap.few import among
 
@@ -176,13 +176,13 @@ def test_what_they_tell(effect: str | None, law: str, told: str | None) -> None:
 @pytest.mark.parametrize(
     ("unknown", "told", "kept"),
     [
-        (125.0, {DRIFT: 6.0, SETTING: 156.0}, {DRIFT: -69.0, SETTING: 81.0}),  # nobody asked the unknown of them
+        (125.0, {DRIFT: 6.0, SETTING: 156.0}, {DRIFT: -69.0, SETTING: 81.0}),  # it was asked nothing of them
         (85.0, {DRIFT: 6.0, SETTING: 156.0}, {DRIFT: 6.0, SETTING: 156.0}),  # the peak tests do not tell it apart
         (125.0, {DRIFT: 6.0, SETTING: 20.0}, {DRIFT: 6.0, SETTING: 20.0}),  # and what they take is taken
         (125.0, {}, {}),
     ],
 )
-def test_they_lift_nothing_above_what_the_peak_tests_put_ahead(
+def test_they_lift_nothing_above_an_unknown_that_the_peak_tests_put_ahead(
     unknown: float, told: dict[str, float], kept: dict[str, float]
 ) -> None:
-    assert _not_above_others(told, {DRIFT: 4.0, SETTING: 81.0, "unknown": unknown}) == kept
+    assert _not_above_the_unknown(told, {DRIFT: 4.0, SETTING: 81.0, "unknown": unknown}) == kept

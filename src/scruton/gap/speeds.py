@@ -5,7 +5,7 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 from scipy.special import logsumexp
 
-from scruton.dynamics.effects import CATALOGUE, Effect
+from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Effect
 from scruton.dynamics.effects.aerodynamic import each_its_own
 from scruton.gap.attribute import weigh
 from scruton.gap.further_record import in_layout_of, transplanted
@@ -28,8 +28,8 @@ def weighed_at_other_speeds(place: Place, effects: Sequence[Effect], *, workers:
 
     and a lock-in range where the amplitude rises and falls, as it does without any gap, speaks for neither effect.
 
-    Of the other effects those tests are not asked, so that they tell these two apart and from none, but lift neither
-    above what leads them both by the peak tests.
+    The unknown says nothing of a test that it was not found in, so that they lift neither above it where it leads them
+    both by the peak tests.
 
     Parameters
     ----------
@@ -61,14 +61,14 @@ def weighed_at_other_speeds(place: Place, effects: Sequence[Effect], *, workers:
         for name, one in weigh(fit, asked, workers=workers).items():
             evidence[name].append(one.log_evidence)
     total = {name: float(logsumexp(both)) for name, both in evidence.items() if both}
-    return _not_above_others({name: total[name] - total[""] for name in total if name}, place.gains)
+    return _not_above_the_unknown({name: total[name] - total[""] for name in total if name}, place.gains)
 
 
-def _not_above_others(told: Mapping[str, float], gains: Mapping[str, float]) -> dict[str, float]:
-    """What was told, by name; lowered to what the peak tests gain where these have another effect well ahead."""
-    own = max((gains[name] for name in told), default=-np.inf)
-    another = max((gain for name, gain in gains.items() if name not in told), default=-np.inf)
-    over = max(max(told.values(), default=-np.inf) - own, 0.0) if another > own + AHEAD_NATS else 0.0
+def _not_above_the_unknown(told: Mapping[str, float], gains: Mapping[str, float]) -> dict[str, float]:
+    """What was told, by name; lowered to what the peak tests gain where these have the unknown well ahead."""
+    own = max((gains[name] for name in told), default=np.inf)
+    ahead = gains.get(UNKNOWN.name, -np.inf) > own + AHEAD_NATS
+    over = max(max(told.values(), default=0.0) - own, 0.0) if ahead else 0.0
     return {name: value - over for name, value in told.items()}
 
 

@@ -83,7 +83,7 @@ BEYOND_PEAKS = 0.1  # of the peak tests' span of reduced velocities, to which wh
 # Of ln(Y1) and ln(epsilon), by which a test at another speed may miss what the peak tests let expect there and still
 # follow it: forms differ, and stated speeds and frequencies are off.
 SPEED_TOLERANCE = 0.03
-# By which another effect leads the two that such a test is asked for, from which it lifts neither above that. Of a wind
+# By which the unknown leads the two that such a test is asked for, from which it lifts neither above that. Of a wind
 # that hunts it liked settings that differ by 74 nats more than the peak tests, where these put the unknown 44 ahead.
 AHEAD_NATS = 10.0
 FEWEST_OTHER_SPEEDS = 2  # of a single rig, beside its peak's
