@@ -157,9 +157,10 @@ def obvious(posterior, u):
     common = u.pop(0)
     prior += normal(common, np.log(0.008), common_sd)
     # Half of the variance of every column of a departure is shared.
-    bent = np.array([u.pop(0) for _ in range(5)]) if SHARED_DEPARTURE in posterior.shared_coordinates else np.zeros(5)
-    own = 0.5 if SHARED_DEPARTURE in posterior.shared_coordinates else 1.0
-    prior += normal(bent, 0, 1).sum() if SHARED_DEPARTURE in posterior.shared_coordinates else 0.0
+    shares = SHARED_DEPARTURE in posterior.shared_coordinates
+    bent = np.array([u.pop(0) for _ in range(5)]) if shares else np.zeros(5)
+    own = 0.5 if shares else 1.0
+    prior += normal(bent, 0, 1).sum() if shares else 0.0
     at_zero = max(n, 0.0)  # of the Scruton number: G is the relaxation at zero damping for n > 0, or that of the test
     for coordinate, one in zip(shared, posterior.shared, strict=True):
         prior += normal(coordinate, np.log(one.first), one.second)

@@ -16,6 +16,7 @@ class ImpossibleError(ValueError):
 
 
 _IMPOSSIBLE = "no point of the prior has a finite likelihood: the record contradicts the model card's priors"
+GUESSES, STARTS = 256, 3  # points looked at in each search, and how many of the best are climbed from
 STEEPEST = 1e4  # curvature, where half a nat is lost in one step of a coordinate
 AT_ONCE = 4096  # points of a posterior that are computed side by side: of 40 rigs, 12 MB of coordinates
 STEP = 1e-4  # of the finite differences, in units of the search's own scale
@@ -27,16 +28,10 @@ STALLED, PATIENCE = 1e-3, 25  # nats that so many steps have to gain: what gains
 
 def find_optimum(posterior: Posterior, rng: np.random.Generator, wanted: float = -np.inf) -> StudentT:
     """Search for the optimum from the best of many guesses and describe the posterior there; see `find_optima`."""
-    return find_optima(posterior, [rng], wanted=wanted)[0]
+    return find_optima(posterior, [rng], wanted)[0]
 
 
-def find_optima(
-    posterior: Posterior,
-    rngs: Sequence[np.random.Generator],
-    guesses: int = 256,
-    starts: int = 3,
-    wanted: float = -np.inf,
-) -> list[StudentT]:
+def find_optima(posterior: Posterior, rngs: Sequence[np.random.Generator], wanted: float = -np.inf) -> list[StudentT]:
     """Search for the optimum several times, each time from guesses of its own, and describe the posterior there.
 
     The searches know nothing of each other, but their points are computed side by side.  Where one came upon another
@@ -47,8 +42,6 @@ def find_optima(
     ----------
     rngs : sequence of Generator
         Choose the guesses: each ensemble has its own, so that ensembles that meet have found the same optimum.
-    guesses, starts : int
-        Points looked at in each search, and how many of the best are climbed from.
     wanted : float
         A log posterior below which the optimum is of no use, so that a search may be given up.
 
@@ -60,11 +53,11 @@ def find_optima(
     scale = np.array([prior.scale for prior in posterior.priors])
     points, steps = [], []
     for rng in rngs:
-        u = posterior.guesses(rng, guesses)
+        u = posterior.guesses(rng, GUESSES)
         value = posterior.log_prob(u)
         if not np.isfinite(value).any():
             raise ImpossibleError(_IMPOSSIBLE)
-        points.append(u[np.argsort(-value)[:starts]])
+        points.append(u[np.argsort(-value)[:STARTS]])
         # guesses lie as near as is known
         steps.append(np.minimum(u[np.isfinite(value)].std(axis=0) + 1e-3 * scale, scale))
     scales = np.repeat(steps, [len(p) for p in points], axis=0)
