@@ -133,6 +133,11 @@ ALONE = {
     "law of a power": {"LAW_POWER": -1.0, "LAW_EXPONENT": 0.7},
     "coherence": {"COHERENCE": 0.02},
     "coherence to a floor": {"COHERENCE": 0.02, "COHERENCE_POWER": 1.0, "COHERENCE_FLOOR": 0.3},
+    **{
+        f"coherence as {power}": {"COHERENCE": 0.02, "COHERENCE_POWER": power, "COHERENCE_FLOOR": 0.1}
+        for power in (2.0, 2.5, 3.0)
+    },
+    "rises": {"STRUCTURAL_RISE": 0.2, "STRUCTURAL_KNEE": 0.03, "STRUCTURAL_POWER": 0.5},
     "levels": {"STRUCTURAL_RISE": 0.2, "STRUCTURAL_KNEE": 0.03, "STRUCTURAL_POWER": 1.0},
     "falls": {"STRUCTURAL_RISE": -0.2, "STRUCTURAL_KNEE": 0.03, "STRUCTURAL_POWER": 0.0},
     "levels later": {"STRUCTURAL_RISE": 0.2, "STRUCTURAL_KNEE": 0.03, "STRUCTURAL_POWER": 2.0},
@@ -177,6 +182,21 @@ def test_every_effect_against_the_plain_filter(rng, name, start):
     np.testing.assert_allclose(v[0, 1:size], gain * plain_v[1:, 0], atol=0.05 * se)
     np.testing.assert_allclose(v[0, 30:size], gain * plain_v[30:, 0], atol=(0.02 if name == "hats" else 1e-3) * se)
     np.testing.assert_allclose(s[0, 5:size], gain**2 * plain_s[5:, 0], rtol=2e-3 if name == "hats" else 1e-4)
+
+
+def test_effects_side_by_side_are_those_alone(rng):
+    """Each term goes over all walkers in a loop of its own, and the wake that remembers takes them one by one."""
+    q, se = 0.02 * A_STAR * np.sqrt(2 * LAM), 0.0004
+    data = channels(motion(rng, lambda a: LAM * (A_STAR - a), q, se, 0.3 * A_STAR), se)
+    several = {name: value for effect in ALONE.values() for name, value in effect.items() if name != "FRICTION_SPRING"}
+    lagging = {"LAG": 2.0, "LAG_START": 1.0}
+    for effects in (list(ALONE.values()), [*ALONE.values(), lagging], [several, several | lagging, {}]):
+        tables = [bare_table(q, **effect) for effect in effects]
+        v, s = channel_innovations(data, np.concatenate(tables), initial_sd=0.3)
+        for table, v_there, s_there in zip(tables, v, s, strict=True):
+            alone_v, alone_s = channel_innovations(data, table, initial_sd=0.3)
+            np.testing.assert_allclose(v_there, alone_v[0], rtol=1e-8, atol=1e-8 * se)
+            np.testing.assert_allclose(s_there, alone_s[0], rtol=1e-8)
 
 
 def test_bare_filter_is_that_of_the_paper_law(rng):

@@ -94,55 +94,25 @@ def drift_of(a, lagged, x, w, wind, still, drive, force, hats, knots):  # type: 
     f = -(still + a * (x[_S2, w] + a * x[_S3, w])) * a
     d = -still - a * (2.0 * x[_S2, w] + 3.0 * a * x[_S3, w])
     if x[_F, w] != 0.0:
-        if x[_FS, w] != 0.0:
-            loss, steep = hysteresis(a / x[_FW, w])
-            steep /= x[_FW, w]
-        else:
-            w2 = x[_FW, w] * x[_FW, w]
-            root = np.sqrt(a * a + w2)
-            loss, steep = a / root, w2 / (root * root * root)
-        if x[_FP, w] != 0.0 or x[_HUMP, w] != 0.0:
-            factor, slope = at_speed(max(abs(a), 1e-12), x[_FP, w], x[_HUMP, w], x[_HUMP_AT, w])
-            steep = factor * steep + slope * loss
-            loss *= factor
-        f -= x[_F, w] * loss
-        d -= x[_F, w] * steep
+        loss, steep = friction(x, w, a)
+        f -= loss
+        d -= steep
     if x[_RISE, w] != 0.0:
-        power = x[_POWER, w]
-        knee, up = x[_KNEE, w], abs(a)
-        if power == 2.0:
-            knee, up = knee * knee, up * up
-        elif power > 0.0 and power != 1.0:
-            knee, up = knee**power, up**power
-        if power > 0.0:
-            share = up / (up + knee)
-            steep = power * share * (1.0 - share)
-        else:
-            share = 1.0 - np.exp(-up / knee)
-            steep = up / knee * (1.0 - share)
-        f -= x[_RISE, w] * share * a
-        d -= x[_RISE, w] * (share + steep)
+        loss, steep = rise(x, w, a)
+        f -= loss
+        d -= steep
     at_once = x[_LAG, w] <= 0.0 or x[_LAG_KIND, w] > 1.5
     b = a if at_once else lagged
     slow = x[_L1, w] + b * (x[_L2, w] + b * (x[_L3, w] + b * b * x[_L5, w]))
     steep = x[_L1, w] + b * (2.0 * x[_L2, w] + b * (3.0 * x[_L3, w] + 5.0 * b * b * x[_L5, w]))
     if x[_LAW, w] != 0.0:
-        faster = x[_LAW, w] * max(abs(b), 1e-12) ** x[_EXPONENT, w]
+        faster = power_growth(x, w, b)
         slow -= faster
         steep -= (1.0 + x[_EXPONENT, w]) * faster
     slope_drive = 0.0
     if x[_COH, w] > 0.0:
-        far, part = max(b, 0.0) / x[_COH, w], (1.0 - x[_COH_FLOOR, w]) * drive
-        if x[_COH_POWER, w] > 0.0:
-            power = x[_COH_POWER, w]
-            most = 1.0 + far**power
-            kept = far * most ** (-1.0 / power)
-            slope = most ** (-1.0 / power - 1.0)
-        else:
-            slope = np.exp(-far)
-            kept = 1.0 - slope
-        slope_drive = part * slope / x[_COH, w]
-        drive -= part * (1.0 - kept)
+        lost, slope_drive = incoherence(x, w, b, drive)
+        drive -= lost
     if at_once:
         f += wind * (wind * drive - slow * a)
         d += wind * (wind * slope_drive - steep)
@@ -162,16 +132,87 @@ def drift_of(a, lagged, x, w, wind, still, drive, force, hats, knots):  # type: 
         f += late * (lagged - a)
         d -= steep
     if hats:
-        log_a = np.log(max(a, 1e-300))
-        excess, slope = _hat(x, w, log_a, knots)
-        if x[_BUMP, w] != 0.0:
-            off = (log_a - x[_BUMP_AT, w]) / x[_BUMP_WIDTH, w]
-            bump = x[_BUMP, w] * np.exp(-0.5 * off * off)
-            excess += bump
-            slope -= bump * off / x[_BUMP_WIDTH, w]
-        f -= excess * a
-        d -= excess + slope
+        loss, steep = excess(x, w, a, knots)
+        f -= loss
+        d -= steep
     return f + force, d
+
+
+@njit(cache=True, inline="always")
+def smooth_friction(x, w, a):  # type: ignore[no-untyped-def]
+    """What sudden friction takes from da/dt at an amplitude, and from its derivative: no branch, for loops."""
+    w2 = x[_FW, w] * x[_FW, w]
+    root = np.sqrt(a * a + w2)
+    return x[_F, w] * (a / root), x[_F, w] * (w2 / (root * root * root))
+
+
+@njit(cache=True, inline="always")
+def friction(x, w, a):  # type: ignore[no-untyped-def]
+    """The same of any friction."""
+    if x[_FS, w] != 0.0:
+        loss, steep = hysteresis(a / x[_FW, w])
+        loss, steep = x[_F, w] * loss, x[_F, w] * steep / x[_FW, w]
+    else:
+        loss, steep = smooth_friction(x, w, a)
+    if x[_FP, w] != 0.0 or x[_HUMP, w] != 0.0:
+        factor, slope = at_speed(max(abs(a), 1e-12), x[_FP, w], x[_HUMP, w], x[_HUMP_AT, w])
+        steep = factor * steep + slope * loss
+        loss *= factor
+    return loss, steep
+
+
+@njit(cache=True, inline="always")
+def rise(x, w, a):  # type: ignore[no-untyped-def]
+    """The same of structural damping that rises as a power of the amplitude to a knee."""
+    ratio, power = abs(a) / x[_KNEE, w], x[_POWER, w]
+    if power > 0.0:
+        grown = ratio if power == 1.0 else ratio * ratio if power == 2.0 else ratio**power
+        share = grown / (1.0 + grown)
+        steep = power * share * (1.0 - share)
+    else:
+        share = 1.0 - np.exp(-ratio)
+        steep = ratio * (1.0 - share)
+    return x[_RISE, w] * share * a, x[_RISE, w] * (share + steep)
+
+
+@njit(cache=True, inline="always")
+def power_growth(x, w, a):  # type: ignore[no-untyped-def]
+    """Rate of growth that goes with a power of the amplitude."""
+    return x[_LAW, w] * max(abs(a), 1e-12) ** x[_EXPONENT, w]
+
+
+@njit(cache=True, inline="always")
+def incoherence(x, w, a, drive):  # type: ignore[no-untyped-def]
+    """What is lost of a drive at an amplitude, and the derivative of what is left."""
+    far, part = max(a, 0.0) / x[_COH, w], (1.0 - x[_COH_FLOOR, w]) * drive
+    power = x[_COH_POWER, w]
+    if power == 1.0:
+        left = 1.0 / (1.0 + far)
+        kept, slope = far * left, left * left
+    elif power == 2.0:
+        left = 1.0 / np.sqrt(1.0 + far * far)
+        kept, slope = far * left, left * left * left
+    elif power > 0.0:
+        most = 1.0 + (far * far * far if power == 3.0 else far**power)
+        left = most ** (-1.0 / power)
+        kept, slope = far * left, left / most
+    else:
+        slope = np.exp(-far)
+        kept = 1.0 - slope
+    return part * (1.0 - kept), part * slope / x[_COH, w]
+
+
+@njit(cache=True, inline="always")
+def excess(x, w, a, knots):  # type: ignore[no-untyped-def]
+    """What excess damping takes from da/dt at an amplitude, and from its derivative."""
+    log_a = np.log(max(a, 1e-300))
+    rate, slope = _hat(x, w, log_a, knots)
+    if x[_BUMP, w] != 0.0:
+        off = (log_a - x[_BUMP_AT, w]) / x[_BUMP_WIDTH, w]
+        bump = x[_BUMP, w] * np.exp(-0.5 * off * off)
+        rate += bump
+        slope -= bump * off / x[_BUMP_WIDTH, w]
+    return rate * a, rate + slope
 
 
 @njit(cache=True, inline="always")

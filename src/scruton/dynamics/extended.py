@@ -20,11 +20,12 @@ from scruton.compiled import njit
 from scruton.dynamics import row
 from scruton.dynamics.cycles import ABSENT, Channels
 from scruton.dynamics.drive_moments import gust_decay, moments_of_all, moments_of_lane
-from scruton.dynamics.effect_drift import drift_of, polynomial, rough, settling, weather
+from scruton.dynamics.effect_drift import polynomial, rough, settling, weather
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
 from scruton.dynamics.moments import noise_drift
 from scruton.dynamics.phase_and_wave import creep, found, stick, turn, wander, wave
 from scruton.dynamics.reading import inverse_reading, saturated_reading
+from scruton.dynamics.rough_flow import drift_here, kinds, rough_flow
 from scruton.dynamics.thresholds import FAINT
 from scruton.dynamics.whitening import CORRELATIONS, whiten
 
@@ -91,6 +92,7 @@ def _block(data, table, here, low, high, moved, p0, knots, levels, v_out, s_out)
     """One record, rows `here` of the table; unless they are `moved`, with the amplitudes of the first row."""
     x = np.zeros((row.ROWS, row.LANES))
     gusty, lined, forced, settles, creeping, bent, clipped, sticky = _coefficients(x, table, here, data.record[low])
+    rough_kinds = kinds(x)
     size, dt, known = data.amplitude.size, -1.0, False
     for k in range(low, high):
         y, se, gap, period, now = data.amplitude[k], data.standard_error[k], data.gap[k], data.period[k], data.time[k]
@@ -109,9 +111,10 @@ def _block(data, table, here, low, high, moved, p0, knots, levels, v_out, s_out)
                 if gusty and (gap > 0.0 or period != dt):
                     gust_decay(x, period)
                 dt = period
-                _flow(x, dt)
                 if bent:
-                    _rough_flow(x, here.size, dt, knots)
+                    rough_flow(x, here.size, dt, knots, *rough_kinds)
+                else:
+                    _flow(x, dt)
                 moments_of_all(x, dt, gusty)
                 _mean(x, dt)
                 if clipped:
@@ -212,13 +215,6 @@ def _oscillations(x, now, phase, y, lined, forced):  # type: ignore[no-untyped-d
                 x[row.SIDE, w] = across * max(y, 0.0)
 
 
-@njit(cache=True)
-def _drift(x, w, a, lagged, knots):  # type: ignore[no-untyped-def]
-    return drift_of(
-        a, lagged, x, w, x[row.WIND, w], x[row.STILL, w], x[row.DRIVE, w], x[row.FORCE, w], x[row.ROUGH, w] > 1.5, knots
-    )
-
-
 @njit(cache=True, error_model="numpy")
 def _first(x, y, se, dt, p0, knots):  # type: ignore[no-untyped-def]
     """A diffuse state cannot be linearised: the first cycle fixes the state at its middle."""
@@ -229,7 +225,7 @@ def _first(x, y, se, dt, p0, knots):  # type: ignore[no-untyped-def]
         steep *= gain
         x[row.V, w], x[row.S, w], x[row.LEVEL, w] = y, p0 + r2, start
         x[row.LAGGED, w] = x[_LAG_START, w] * start
-        f, d = _drift(x, w, start, x[row.LAGGED, w], knots)
+        f, d = drift_here(x, w, start, x[row.LAGGED, w], knots)
         x[row.RATE, w], x[row.DRIFT, w] = -d, f * (1.0 + 0.25 * d * dt)
         x[row.M, w], x[row.P, w] = start, r2 / (steep * steep)
         x[row.H, w] = x[row.OFF, w] = x[row.P_H, w] = x[row.P_O, w] = x[row.P_HO, w] = 0.0
@@ -245,8 +241,8 @@ def _unseen(x, gap, dt, knots):  # type: ignore[no-untyped-def]
     for _ in range(steps):
         for w in range(row.LANES):
             m, lagged = x[row.M, w], x[row.LAGGED, w]
-            f, _ = _drift(x, w, m, lagged, knots)
-            x[row.DRIFT, w], d = _drift(x, w, m + 0.5 * h * f, lagged, knots)
+            f, _ = drift_here(x, w, m, lagged, knots)
+            x[row.DRIFT, w], d = drift_here(x, w, m + 0.5 * h * f, lagged, knots)
             x[row.RATE, w] = -d
             if x[_LAG, w] > 0.0:
                 x[row.LAGGED, w] += (m - lagged) * (1.0 - np.exp(-h / x[_LAG, w]))
@@ -301,31 +297,6 @@ def _flow(x, dt):  # type: ignore[no-untyped-def]
         de = k1 + end * (k2 + end * (k3 + end * end * k5))
         x[row.END, w], x[row.MIDDLE, w] = end, middle
         x[row.HALF_LOSS, w], x[row.RATE, w] = -0.25 * dt * (d0 + dm), (d0 + 4.0 * dm + de) * (-1.0 / 6.0)
-
-
-@njit(cache=True, error_model="numpy")
-def _rough_flow(x, lanes, dt, knots):  # type: ignore[no-untyped-def]
-    """`_flow` of the walkers with rough terms, one by one, and of the wake that remembers."""
-    for w in range(lanes):
-        if x[row.ROUGH, w] == 0.0:
-            continue
-        m, lagged = x[row.M, w], x[row.LAGGED, w]
-        lag_mid = lag_end = lagged
-        if x[_LAG, w] > 0.0:
-            lag_mid = lagged + (m - lagged) * (1.0 - np.exp(-0.5 * dt / x[_LAG, w]))
-        f0, d0 = _drift(x, w, m, lagged, knots)
-        f1, _ = _drift(x, w, m + 0.5 * dt * f0, lag_mid, knots)
-        f2, _ = _drift(x, w, m + 0.5 * dt * f1, lag_mid, knots)
-        if x[_LAG, w] > 0.0:
-            middle = m + 0.5 * dt * f2
-            lag_end = lagged + (middle - lagged) * (1.0 - np.exp(-dt / x[_LAG, w]))
-        f3, _ = _drift(x, w, m + dt * f2, lag_end, knots)
-        end = m + dt / 6.0 * (f0 + 2.0 * f1 + 2.0 * f2 + f3)
-        fe, de = _drift(x, w, end, lag_end, knots)
-        middle = 0.5 * (m + end) + 0.125 * dt * (f0 - fe)
-        _, dm = _drift(x, w, middle, lag_mid, knots)
-        x[row.END, w], x[row.MIDDLE, w], x[row.LAGGED, w] = end, middle, lag_end
-        x[row.HALF_LOSS, w], x[row.RATE, w] = -0.25 * dt * (d0 + dm), -(d0 + 4.0 * dm + de) / 6.0
 
 
 @njit(cache=True, inline="always")

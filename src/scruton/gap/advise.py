@@ -101,12 +101,12 @@ class _Tangent:
     """Whitened derivatives of a hypothesis by coordinate at a point, and what of a signature they cannot mimic."""
 
     def __init__(self, hypothesis: Hypothesis, u: FloatArray, root: FloatArray | None = None) -> None:
-        self.v, log_s, jv, _ = hypothesis.derivatives(u)
-        self.root = np.exp(-0.5 * log_s) if root is None else root
+        self.v, s, told = hypothesis.derivatives(u)
+        self.root = np.sqrt(1.0 / s) if root is None else root
         self.j = np.zeros((hypothesis.size, self.root.size))
         j = by_channel(self.j)
-        for block in hypothesis.blocks:
-            j[block.where, :, block.cycles] = by_channel(block.told(jv) * block.of(self.root))
+        for block, (slopes, _) in zip(hypothesis.blocks, told, strict=True):
+            j[block.where, :, block.cycles] = by_channel(slopes * block.of(self.root))
         self.fisher = self.j @ self.j.T
         self.fisher += np.diag(1.0 / hypothesis.prior[1] ** 2)
 

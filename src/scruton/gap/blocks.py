@@ -32,11 +32,6 @@ class Block:
         """What belongs to the record of values (..., 3 N), all channels end to end."""
         return np.asarray(by_channel(values)[..., self.cycles].reshape(*values.shape[:-1], -1))
 
-    def told(self, slopes: FloatArray) -> FloatArray:
-        """What belongs to the record of derivatives (P, 3 N), by the parameters that it takes."""
-        own = by_channel(slopes)[..., self.cycles]
-        return np.asarray((own if self.rows.size == len(own) else own[self.rows]).reshape(self.rows.size, -1))
-
 
 def blocks(places: np.ndarray, record: np.ndarray) -> tuple[Block, ...]:
     """Every record's, of coordinates (P, R) that it takes each parameter from, -1 for none, and the cycles' records."""

@@ -192,14 +192,12 @@ def separation(truth: tuple[Hypothesis, FloatArray], rival: FittedHypothesis, re
     channels = expected(extended, u, record)
     informed = Hypothesis(replace(other.null, data=replace(data, channels=channels)), other.variants)
     with np.errstate(invalid="ignore"):  # what grows without bound is found out below
-        v, log_s, jv, _ = informed.derivatives(w)
+        v, s, told = informed.derivatives(w)
         predicted, _ = channel_innovations(channels, extended.table(u[None]))
-        residual = (v - predicted[0]) * np.exp(-0.5 * log_s)
-        block = informed.blocks[-1]
-        j = jv[block.rows] * np.exp(-0.5 * log_s)
+        residual, j = (v - predicted[0]) / np.sqrt(s), told[-1][0] / np.sqrt(s)
     if not (np.isfinite(residual).all() and np.isfinite(j).all()):
         raise LookupError(f"{record.text}: no finite prediction")
     inner = j @ j.T
-    prior = covariance[block.square]
+    prior = covariance[informed.blocks[-1].square]
     bend = prior @ np.linalg.solve(np.eye(len(j)) + inner @ prior, j @ residual)
     return float(np.sqrt(max(residual @ residual - residual @ (j.T @ bend), 0.0)))

@@ -230,26 +230,27 @@ class Hypothesis:
         """Points (N, d) moved to where every prior that is cut at zero has density."""
         return np.where(self.positive, np.abs(u) + 1e-6, u)
 
-    def derivatives(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Innovations and log variances at a point, (3 N,) each, and derivatives by parameter, (P, 3 N) each.
+    def derivatives(self, u: FloatArray) -> tuple[FloatArray, FloatArray, list[tuple[FloatArray, FloatArray]]]:
+        """Innovations and variances at a point, (3 N,) each, and their derivatives, by record.
 
-        Row i holds, for every cycle, the derivative in that value of parameter i which the cycle's record takes.
+        Of each record those of innovations and of log variances by the parameters that it takes, (k, 3 n) each.
         """
-        scale = self.prior[1] * _STEP
-        moves = np.zeros((len(self.parameters), self.size))
-        for i, where in enumerate(self.slices.values()):
-            moves[i, where] = scale[where]
-        v, s = self.innovations(np.concatenate([u[None], u + moves]))
-        s = np.log(s)
-        jv, js = v[1:] - v[0], s[1:] - s[0]
-        for each in (by_channel(jv), by_channel(js)):
-            each /= self._widths[:, None, :]
-        return v[0], s[0], jv, js
+        v, s = self.innovations(np.concatenate([u[None], u + self._moves]))
+        widths, told = self._moves.sum(axis=0), []
+        for block in self.blocks:
+            per_step, count = 1.0 / widths[block.where, None, None], block.rows.size
+            a, b = (by_channel(values)[..., block.cycles] for values in (v, s))
+            of_v, of_s = (a[block.rows + 1] - a[0]) * per_step, (b[block.rows + 1] / b[0] - 1.0) * per_step
+            told.append((of_v.reshape(count, -1), of_s.reshape(count, -1)))
+        return v[0], s[0], told
 
     @cached_property
-    def _widths(self) -> FloatArray:
-        """How far each cycle's value of a parameter is moved for a derivative, (P, N); of what it has none of, any."""
-        return np.asarray(np.r_[self.prior[1] * _STEP, 1.0][self.places][:, self.data.channels.record])
+    def _moves(self) -> FloatArray:
+        """Steps of the differences by parameter, of all that it is to rigs, tests or records at once, (P, d)."""
+        moves = np.zeros((len(self.parameters), self.size))
+        for row, where in zip(moves, self.slices.values(), strict=True):
+            row[where] = self.prior[1][where] * _STEP
+        return moves
 
     @cached_property
     def blocks(self) -> tuple[Block, ...]:
@@ -263,16 +264,17 @@ class Hypothesis:
 
         Returns innovations, log variances and inverse variances at the point, (3 N,) each.
         """
-        v, log_s, jv, js = self.derivatives(u)
-        for slopes in (jv, js) if deaf is not None else ():
-            by_channel(slopes)[:, deaf] = 0.0
-        weight = np.exp(-log_s)
-        pull, spread = v * weight, 1.0 - v * v * weight
-        for block in self.blocks:
-            a, b = block.told(jv), block.told(js)
-            gradient[block.where] -= a @ block.of(pull) + 0.5 * b @ block.of(spread)
-            fisher[block.square] += (a * block.of(weight)) @ a.T + 0.5 * b @ b.T
-        return v, log_s, weight
+        v, s, told = self.derivatives(u)
+        weight = 1.0 / s
+        root = np.sqrt(weight)
+        pull, spread = v * root, 0.5 * (1.0 - v * v * weight)
+        for block, (a, b) in zip(self.blocks, told, strict=True):
+            if deaf is not None:
+                by_channel(a)[:, deaf] = by_channel(b)[:, deaf] = 0.0
+            a *= block.of(root)
+            gradient[block.where] -= a @ block.of(pull) + b @ block.of(spread)
+            fisher[block.square] += a @ a.T + 0.5 * (b @ b.T)
+        return v, np.log(s), weight
 
     @_LOST_OR_NOT
     def scores(self, u: FloatArray, *, deaf: int | None = None) -> tuple[float, FloatArray, FloatArray]:

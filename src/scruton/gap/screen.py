@@ -76,10 +76,9 @@ class Screen:
 
     def __init__(self, base: FittedHypothesis) -> None:
         self.base, self.hypothesis, self.data = base, base.hypothesis, base.hypothesis.data
-        self.v, self.log_s, jv, js = self.hypothesis.derivatives(base.mode)
         # What each record tells of the base's parameters: derivatives of innovations and log variances.
-        self.told = [(block.told(jv), block.told(js)) for block in self.hypothesis.blocks]
-        self.weight = np.exp(-self.log_s)
+        self.v, s, self.told = self.hypothesis.derivatives(base.mode)
+        self.log_s, self.weight = np.log(s), 1.0 / s
         self.spread = 1.0 - self.v * self.v * self.weight
         self.table = base.table
         self._scans: dict[tuple[str, str], tuple[FloatArray, FloatArray, FloatArray, np.ndarray]] = {}
@@ -288,26 +287,23 @@ class Screen:
             ]
             v, s = self._filtered(self._tables(variant, points))
             jv, js = _slopes(v, s, self.v, self.log_s, _PROBE)
-            for i, at in enumerate(part):
-                rows = slice(i * len(probes), (i + 1) * len(probes))
-                for r in np.flatnonzero(layout.wind):
-                    if variant.scan == "detuning" and abs(at) * beats[r] < FEWEST_BEATS:
-                        continue
-                    block = self.hypothesis.blocks[r]
-                    a, b = block.of(jv[rows]), block.of(js[rows])
-                    if not np.isfinite(np.stack([a, b])).all():  # nor where the filter loses its way
-                        continue
-                    if whole is not None:
-                        a, b = (np.concatenate([x, block.of(y)]) for x, y in zip((a, b), whole, strict=True))
-                    aw = a * block.of(self.weight)
-                    score, curvature = (
-                        -aw @ block.of(self.v) - 0.5 * b @ block.of(self.spread),
-                        aw @ a.T + 0.5 * b @ b.T,
-                    )
-                    if whole is not None:  # which is given up
-                        score, curvature = _given_up(score, curvature)
-                    scores[begin + i, r], curvatures[begin + i, r] = score, curvature
-                    seen[begin + i, r] = True
+            for r in np.flatnonzero(layout.wind):
+                block = self.hypothesis.blocks[r]
+                a, b = (block.of(slopes).reshape(len(part), len(probes), -1) for slopes in (jv, js))
+                told = np.isfinite(a).all(axis=(1, 2)) & np.isfinite(b).all(axis=(1, 2))  # lost filters tell nothing
+                if variant.scan == "detuning":
+                    told &= np.abs(part) * beats[r] >= FEWEST_BEATS
+                a, b = a[told], b[told]
+                if whole is not None:
+                    rest = (np.broadcast_to(block.of(slopes), (len(a), 1, a.shape[-1])) for slopes in whole)
+                    a, b = (np.concatenate(both, axis=1) for both in zip((a, b), rest, strict=True))
+                aw = a * block.of(self.weight)
+                score = -aw @ block.of(self.v) - 0.5 * b @ block.of(self.spread)
+                curvature = aw @ a.swapaxes(1, 2) + 0.5 * b @ b.swapaxes(1, 2)
+                if whole is not None:  # which is given up
+                    score, curvature = _given_up(score, curvature)
+                at = begin + np.flatnonzero(told)
+                scores[at, r], curvatures[at, r], seen[at, r] = score, curvature, True
         return grid, scores, curvatures, seen
 
     def _of_the_whole(self, variant: Variant) -> tuple[FloatArray, FloatArray] | None:
@@ -325,9 +321,10 @@ class Screen:
 
 
 def _given_up(score: FloatArray, curvature: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Score (d + 1,) and curvature (d + 1, d + 1) without their last, which is small and as it has to be."""
-    share = curvature[:-1, -1] / (curvature[-1, -1] + TAKEN_UP**-2.0)
-    return score[:-1] - share * score[-1], curvature[:-1, :-1] - np.outer(share, curvature[-1, :-1])
+    """Scores (G, d + 1) and curvatures (G, d + 1, d + 1) without their last, which is small and as it has to be."""
+    share = curvature[:, :-1, -1] / (curvature[:, -1:, -1] + TAKEN_UP**-2.0)
+    taken = share[:, :, None] * curvature[:, -1:, :-1]
+    return score[:, :-1] - share * score[:, -1:], curvature[:, :-1, :-1] - taken
 
 
 def _slopes(
