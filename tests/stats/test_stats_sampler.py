@@ -16,8 +16,9 @@ from scruton.stats.moves import Sweep, Walkers, sweep
 from scruton.stats.optimum import find_optimum
 from scruton.stats.posterior import Block, Posterior
 from scruton.stats.priors import Prior
-from scruton.stats.sampler import Checkpoint, Ensembles, sample
+from scruton.stats.sampler import Checkpoint, Ensembles, begins_anew, sample
 from scruton.stats.student_t import Conditional, Mixture, StudentT, conditional, fit_mixture, maximum_likelihood
+from scruton.stats.thresholds import ADAPTATIONS, EARLY
 
 COVARIANCE = np.array([[1.0, 0.6, 0.0, 0.1], [0.6, 1.5, 0.2, 0.0], [0.0, 0.2, 0.5, 0.3], [0.1, 0.0, 0.3, 2.0]])
 MEAN = np.array([1.0, -2.0, 0.5, 3.0])
@@ -366,6 +367,26 @@ def test_a_run_that_lacks_a_few_draws_at_its_limit_goes_on(tmp_path, monkeypatch
     with pytest.raises(KilledError):
         run(checkpoint, settings.max_steps)
     assert run(checkpoint).chain.tobytes() == whole.chain.tobytes()
+
+
+SOON = SamplerSettings(max_steps=400, min_ess=600.0)
+
+
+@pytest.mark.parametrize(
+    ("rounds", "total", "steps", "more", "expected", "anew"),
+    [
+        (EARLY - 1, 300, 10, 0.1, 500.0, True),  # the first rounds, whatever was reached
+        (EARLY, 180, 80, 1.0, 150.0, True),  # most draws lack
+        (EARLY, 180, 80, 1.0, 250.0, False),  # most are there, and what is left would be the shorter part
+        (EARLY + 1, 180, 80, 1.0, 150.0, False),
+        (EARLY + 1, 180, 90, 1.0, 250.0, True),  # half of all steps brought no verdict
+        (EARLY, 180, 90, 0.9, 150.0, False),  # soon long enough
+        (EARLY, 330, 80, 1.0, 150.0, False),  # no room for as many steps
+        (ADAPTATIONS, 180, 90, 1.0, 150.0, False),
+    ],
+)
+def test_proposals_are_fitted_anew_where_that_pays(rounds, total, steps, more, expected, anew):
+    assert begins_anew(rounds, total, steps, more, expected, SOON) is anew
 
 
 def test_one_seed_one_chain():

@@ -213,11 +213,7 @@ def sample(
                     last, limit = False, extended
                 if last or verdict.converged:
                     break
-            # A run that is soon long enough is not begun anew, nor one of which what is left would be the shorter part.
-            left = total + ensembles.steps <= settings.max_steps
-            far = rounds == EARLY and FAR_FROM_ENOUGH * expected < settings.min_ess
-            late = more >= 1.0 and left and (far or 2 * ensembles.steps >= total)
-            if rounds < EARLY or (rounds < ADAPTATIONS and late):
+            if begins_anew(rounds, total, ensembles.steps, more, expected, settings):
                 rounds += 1
                 ensembles.adapt(together=rounds > EARLY)
         # Of a run that begins anew; what is kept of it is long enough to be judged.
@@ -232,6 +228,30 @@ def sample(
     chain, log_prob = (np.ascontiguousarray(array[:, pick]) for array in (chain, log_prob))
     walker = np.repeat(np.arange(ensembles.count), len(chain) // ensembles.count)
     return Samples(posterior.names, chain, log_prob, walker, verdict)
+
+
+def begins_anew(rounds: int, total: int, steps: int, more: float, expected: float, settings: SamplerSettings) -> bool:
+    """Whether proposals are fitted once more, and all draws before forgotten.
+
+    The first rounds are for that.  Later a run that is soon long enough is not begun anew, nor one of which what is
+    left would be the shorter part, unless most of the draws that it wants lack.
+
+    Parameters
+    ----------
+    rounds : int
+        How often they have been.
+    total, steps : int
+        Steps in all, and since they were.
+    more : float
+        Steps that seem to be wanted, over those since.
+    expected : float
+        Effective draws so far.
+    """
+    if rounds < EARLY:
+        return True
+    far = rounds == EARLY and FAR_FROM_ENOUGH * expected < settings.min_ess
+    left = total + steps <= settings.max_steps
+    return rounds < ADAPTATIONS and more >= 1.0 and left and (far or 2 * steps >= total)
 
 
 def _start(posterior: Posterior, settings: SamplerSettings, seed: np.random.SeedSequence) -> Ensembles:
