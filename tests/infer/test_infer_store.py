@@ -86,6 +86,19 @@ def few_figures(fit):
     return [griffin_plot(fit), *record_figures(fit)]
 
 
+def test_the_file_is_that_of_xarray(written, tmp_path):
+    """Which takes longer over it: the same groups, variables, attributes, and how each variable is kept."""
+    fit, folder = written
+    fit.tree.to_netcdf(tmp_path / "theirs.nc", engine="netcdf4")
+    theirs, ours = (xr.load_datatree(path) for path in (tmp_path / "theirs.nc", folder / POSTERIOR))
+    xr.testing.assert_identical(theirs, ours)
+    for place in theirs.groups:
+        for name, variable in theirs[place].variables.items():
+            other = ours[place].variables[name].encoding
+            one = {key: value for key, value in variable.encoding.items() if key != "source"}
+            assert repr(one) == repr({key: value for key, value in other.items() if key != "source"}), name
+
+
 @pytest.mark.parametrize("drawn_by", [few_figures, pytest.param(all_figures, marks=pytest.mark.slow)])
 def test_tables_and_figures_are_the_same(both, tmp_path, drawn_by):
     fit, back = both

@@ -48,12 +48,45 @@ def write_fit(fit: "Fit", folder: Path) -> tuple[Path, Path]:
     with written_to(posterior, temporary):
         with _NETCDF:
             try:
-                fit.tree.to_netcdf(temporary, engine="netcdf4")
+                _write_tree(fit.tree, temporary)
             except RuntimeError as error:  # the library's "HDF error": a disk that is full, mostly
                 raise OSError(None, f"{error}; a full disk?", str(posterior)) from error
         replace_file(temporary, posterior)
     write_document(summary, {**fit.summary, "files": {POSTERIOR: digest(posterior)}})
     return posterior, summary
+
+
+class _Writes:
+    """What a tree's variables hold, kept until all of them are defined; as xarray takes a writer."""
+
+    def __init__(self) -> None:
+        self.waiting: list[tuple[Any, Any, Any]] = []
+
+    def add(self, source: Any, target: Any, region: Any = None) -> None:
+        self.waiting.append((source, target, ... if region is None else region))
+
+    def write(self) -> None:
+        for source, target, region in self.waiting:
+            target[region] = source
+
+
+def _write_tree(tree: "xr.DataTree", path: Path) -> None:
+    """As `xarray.DataTree.to_netcdf`, in a quarter of the time.
+
+    That defines a variable, writes it, and defines the next; and with every write that follows a definition the library
+    in C writes down anew all that was defined.
+    """
+    from xarray.backends import NetCDF4DataStore
+
+    root = NetCDF4DataStore.open(path, mode="w")  # type: ignore[no-untyped-call]
+    writes = _Writes()
+    try:
+        for node in tree.subtree:
+            group = root if node is tree else root.get_child_store(node.path)
+            node.to_dataset(inherit=False).dump_to_store(group, writer=writes)
+        writes.write()
+    finally:
+        root.close()
 
 
 def read_tree(folder: Path) -> tuple["xr.DataTree", dict[str, Any]]:
