@@ -7,12 +7,13 @@
 # make reports the report of every example, into reports/;  make cards  what the priors of every model card say
 # make dossier docs/measured.md and its pictures, from measured records in the folder DATA
 # make lint    style, types, arrows between the rooms
+# make kernels what the first command would compile, by what the filters gave before
 # make docs    HTML in docs/_build/html
 # make lock    new lock files (needs uv);  make clean  remove everything that was built
 #
 # Every target makes the environment that it needs. PYTHON=/path/to/python3.13 chooses the interpreter.
 
-.PHONY: demo test thorough slow fuzz kill goldens large bench reports cards dossier lint docs lock clean
+.PHONY: demo test thorough slow fuzz kill goldens large bench reports cards dossier lint kernels docs lock clean
 
 # The arrays are small: threads of the linear algebra library would only get in each other's way.
 export OMP_NUM_THREADS := 1
@@ -63,6 +64,9 @@ lint: .venv/ready
 	.venv/bin/ruff format --check
 	.venv/bin/mypy
 	.venv/bin/lint-imports
+
+kernels: .venv/ready
+	.venv/bin/python -m tests.goldens compare --only filters
 
 docs: .venv/ready
 	.venv/bin/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
