@@ -13,6 +13,7 @@ TITLES = {
     "campaign": "Three rigs, 18 records, about 2,000 cycles: the hierarchical posterior, laws weighed",
     "samplers": "Other samplers on the same posterior",
     "likelihood": "The compiled likelihood, exact for n = -1",
+    "effects": "The filter with effects",
     "sizing": "A damper for one mode",
     "front_end": "Front end on 1,000,000 samples",
 }

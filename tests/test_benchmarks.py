@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks import commands, fit, front_end, likelihood, peers, problem
+from benchmarks import commands, effects, fit, front_end, likelihood, peers, problem
 from benchmarks.result import Figure
 
 
@@ -43,6 +43,11 @@ def test_one_fit_reaches_convergence(monkeypatch):
 
 def test_the_likelihood_is_timed():
     assert 0.0 < likelihood.cost(1200, 16) < 1.0
+
+
+@pytest.mark.parametrize("terms", effects.TERMS.values(), ids=effects.TERMS)
+def test_every_effect_is_timed(terms):
+    assert 0.0 < effects.cost(terms, 5, cycles=50) < 1.0
 
 
 def test_the_long_record_is_what_it_says():

@@ -26,6 +26,7 @@ _SETTLING, _SETTLING_DRIVE, _TREND_PACE = (
 _JUMP, _JUMP_RATE = int(Term.JUMP), int(Term.JUMP_RATE)
 _WARMING, _PACE = int(Term.WARMING), int(Term.WARMING_PACE)
 _HAT = int(Term.HAT)
+_NO_WIDTH = 1e-60  # squared: of walkers without friction, whose amplitude may be nothing, too
 _BUMP, _BUMP_AT, _BUMP_WIDTH = int(Term.BUMP), int(Term.BUMP_AT), int(Term.BUMP_WIDTH)
 
 
@@ -141,7 +142,7 @@ def drift_of(a, lagged, x, w, wind, still, drive, force, hats, knots):  # type: 
 @njit(cache=True, inline="always")
 def smooth_friction(x, w, a):  # type: ignore[no-untyped-def]
     """What sudden friction takes from da/dt at an amplitude, and from its derivative: no branch, for loops."""
-    w2 = x[_FW, w] * x[_FW, w]
+    w2 = x[_FW, w] * x[_FW, w] + _NO_WIDTH
     root = np.sqrt(a * a + w2)
     return x[_F, w] * (a / root), x[_F, w] * (w2 / (root * root * root))
 
