@@ -23,6 +23,16 @@ def claim(folder, *, inputs=None, settings=None, force=False, resume=False, grow
     )  # fmt: skip
 
 
+def test_a_byte_that_is_no_utf_8_is_kept(tmp_path):
+    """As a command line gives it; `batch --test` ended in a traceback."""
+    with claim(tmp_path / "out", settings={"test": "caf\udce9"}):
+        pass
+    with claim(tmp_path / "out", settings={"test": "caf\udce9"}, resume=True):
+        pass
+    write_document(tmp_path / "a.json", {"test": "caf\udce9"})
+    assert read_document(tmp_path / "a.json", "a document")["test"] == "caf\udce9"
+
+
 def write(folder, **files):
     for name, text in files.items():
         path = folder / name.replace("__", "/").replace("_", ".")

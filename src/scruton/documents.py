@@ -138,7 +138,8 @@ def _stated(kind: Any) -> Any:
 
 def write_text(path: Path, text: str) -> None:
     """Write a file in one atomic step: a reader sees the old one or the new one, never a part."""
-    write_bytes(path, text.encode())
+    # a byte of a command line or of a name that is no UTF-8 is a lone surrogate here, which JSON escapes, too
+    write_bytes(path, text.encode(errors="backslashreplace"))
 
 
 def write_bytes(path: Path, content: bytes) -> None:

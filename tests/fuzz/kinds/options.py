@@ -104,7 +104,8 @@ def make(rng: Generator, number: int, folder: Path, stock: Stock) -> Case:
     if strict and rng.random() < 0.5:
         value = one(rng, strict)
     argv = _with(verb, option, value, stock)
-    allowed = REFUSED if value in MUST_REFUSE.get(option, ()) else ANY
+    of_each = verb == "batch" and option in ("--test", "--bridge")  # which each campaign is refused for by itself
+    allowed = REFUSED if value in MUST_REFUSE.get(option, ()) and not of_each else ANY
     return _case(verb, argv, f"{verb} {option}: {value[:40]!r}", allowed)
 
 
@@ -167,7 +168,10 @@ def _misspelt(rng: Generator, number: int, stock: Stock) -> Case:
     """A verb or an option with a slip of the pen."""
     verb = tuple(GOOD)[number // 4 % len(GOOD)]
     good = [*verb.split(), *_good(verb, stock)]
-    at = 0 if rng.random() < 0.5 else one(rng, [i for i, word in enumerate(good) if word.startswith("--")] or [0])
+    options = [i for i, word in enumerate(good) if word.startswith("--")]
+    if verb == "challenge tune":  # an option without its dashes is one more folder, which is refused where work begins
+        options = []
+    at = 0 if rng.random() < 0.5 else one(rng, options or [0])
     good[at] = _slip(rng, good[at])
     return _case(verb, good, f"misspelt: {good[at][:60]!r}", REFUSED)
 
