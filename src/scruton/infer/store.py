@@ -71,7 +71,7 @@ class _Writes:
 
 
 def _write_tree(tree: "xr.DataTree", path: Path) -> None:
-    """As `xarray.DataTree.to_netcdf`, in a quarter of the time.
+    """As `xarray.DataTree.to_netcdf`, in a third of the time.
 
     That defines a variable, writes it, and defines the next; and with every write that follows a definition the library
     in C writes down anew all that was defined.
