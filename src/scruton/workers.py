@@ -10,7 +10,7 @@ import time
 import warnings
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing import resource_tracker
@@ -158,21 +158,31 @@ def connected(scheduler: str | None, jobs: int, *, tls: TlsFiles = NO_TLS, quiet
                     env=ONE_THREAD | ({"PYTHONWARNINGS": "ignore"} if quiet else {}),
                 )
             )  # fmt: skip
-        yield stack.enter_context(Client(cluster))
+            client = stack.enter_context(Client(cluster))
+        yield client
 
 
 @contextmanager
 def _interrupts_wait() -> Iterator[None]:
-    """Hold Ctrl-C back until the block ends: Dask does not start in good order once it is disturbed.
+    """Hold Ctrl-C and SIGTERM back until the block ends: Dask does not start in good order once it is disturbed.
 
-    Processes and threads that the block starts inherit the mask, and leave interrupts to the parent, which ends them.
+    Processes and threads that the block starts inherit the mask of Ctrl-C, and leave that to the parent, which ends
+    them by SIGTERM: that one is held back by a handler, which no process inherits.
     """
     resource_tracker.ensure_running()  # whoever starts it lets interrupts in again
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    heard: list[int] = []
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = None
+    with suppress(ValueError):  # only the main thread may ask for it, and it alone is told
+        before = signal.signal(signal.SIGTERM, lambda number, _: heard.append(number))
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if before is not None:
+            signal.signal(signal.SIGTERM, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        if heard:
+            signal.raise_signal(signal.SIGTERM)
 
 
 @contextmanager

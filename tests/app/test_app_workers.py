@@ -1,13 +1,16 @@
 """Processes of a batch: they listen to this machine alone; a scheduler under TLS is reached with certificates only."""
 
 import shutil
+import signal
 import subprocess
 from pathlib import Path
 
 import psutil
 import pytest
+from distributed import Client
 
 from scruton.errors import InputError
+from scruton.terminal import Terminated, terminating
 from scruton.workers import TlsFiles, connected
 
 
@@ -29,6 +32,22 @@ def test_the_processes_of_a_batch_listen_to_this_machine_alone() -> None:
         during = listening() - before
     assert during
     assert during <= {"127.0.0.1", "::1"}
+
+
+def test_what_ends_a_command_waits_until_its_processes_are_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else Dask's client is half made, and complains when it goes."""
+
+    class Disturbed(Client):  # type: ignore[misc]
+        def __init__(self, *arguments: object) -> None:
+            signal.raise_signal(signal.SIGTERM)
+            super().__init__(*arguments)
+            made.append(self)
+
+    made: list[Client] = []
+    monkeypatch.setattr("distributed.Client", Disturbed)
+    with terminating(), pytest.raises(Terminated), connected(None, 1, quiet=True):
+        pytest.fail("the block began")
+    assert [client.status for client in made] == ["closed"]
 
 
 @pytest.fixture(scope="module")
