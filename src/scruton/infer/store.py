@@ -78,7 +78,8 @@ def _write_tree(tree: "xr.DataTree", path: Path) -> None:
     """
     from xarray.backends import NetCDF4DataStore
 
-    root = NetCDF4DataStore.open(path, mode="w")  # type: ignore[no-untyped-call]
+    # Without a lock of xarray's, which in a worker of Dask's is one of the scheduler's, by a client of its own.
+    root = NetCDF4DataStore.open(path, mode="w", lock=False)  # type: ignore[no-untyped-call]
     writes = _Writes()
     try:
         for node in tree.subtree:
