@@ -95,21 +95,28 @@ class Terminated(KeyboardInterrupt):
 
 
 @contextmanager
-def terminating() -> Iterator[None]:
-    """Let SIGTERM raise `Terminated`, so that processes beside are ended, too."""
-
-    def end(*_: object) -> None:
-        raise Terminated
-
+def at_sigterm(do: Callable[..., None]) -> Iterator[None]:
+    """Let SIGTERM call a function; in another thread than the main one, which alone may ask for it, nothing changes."""
     try:
-        before = signal.signal(signal.SIGTERM, end)
-    except ValueError:  # only the main thread may ask for it
+        before = signal.signal(signal.SIGTERM, do)
+    except ValueError:
         yield
         return
     try:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
+def terminating() -> Iterator[None]:
+    """Let SIGTERM raise `Terminated`, so that processes beside are ended, too."""
+
+    def end(*_: object) -> None:
+        raise Terminated
+
+    with at_sigterm(end):
+        yield
 
 
 def guarded(run: Callable[[], int]) -> int:

@@ -10,7 +10,7 @@ import time
 import warnings
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing import resource_tracker
@@ -21,6 +21,7 @@ from typing import Any
 from scruton.campaign.bounded import read_bytes
 from scruton.errors import InputError
 from scruton.spared import serve_dask
+from scruton.terminal import at_sigterm
 
 # Set by judgement.
 LARGEST_CERTIFICATE = 10**6  # bytes of a PEM file: those in use have some thousands
@@ -170,17 +171,13 @@ def _interrupts_wait() -> Iterator[None]:
     them by SIGTERM: that one is held back by a handler, which no process inherits.
     """
     resource_tracker.ensure_running()  # whoever starts it lets interrupts in again
-    heard: list[int] = []
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    before = None
-    with suppress(ValueError):  # only the main thread may ask for it, and it alone is told
-        before = signal.signal(signal.SIGTERM, lambda number, _: heard.append(number))
+    heard: list[bool] = []
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        yield
+        with at_sigterm(lambda *_: heard.append(True)):
+            yield
     finally:
-        if before is not None:
-            signal.signal(signal.SIGTERM, before)
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
         if heard:
             signal.raise_signal(signal.SIGTERM)
 

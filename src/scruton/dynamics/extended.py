@@ -92,7 +92,7 @@ def _block(data, table, here, low, high, moved, p0, knots, levels, v_out, s_out)
     """One record, rows `here` of the table; unless they are `moved`, with the amplitudes of the first row."""
     x = np.zeros((row.ROWS, row.LANES))
     gusty, lined, forced, settles, creeping, bent, clipped, sticky = _coefficients(x, table, here, data.record[low])
-    rough_kinds = kinds(x)
+    acting = kinds(x)
     size, dt, known = data.amplitude.size, -1.0, False
     for k in range(low, high):
         y, se, gap, period, now = data.amplitude[k], data.standard_error[k], data.gap[k], data.period[k], data.time[k]
@@ -112,7 +112,7 @@ def _block(data, table, here, low, high, moved, p0, knots, levels, v_out, s_out)
                     gust_decay(x, period)
                 dt = period
                 if bent:
-                    rough_flow(x, here.size, dt, knots, *rough_kinds)
+                    rough_flow(x, here.size, dt, knots, acting)
                 else:
                     _flow(x, dt)
                 moments_of_all(x, dt, gusty)

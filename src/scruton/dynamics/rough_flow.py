@@ -20,9 +20,8 @@ from scruton.dynamics.effect_drift import (
 )
 from scruton.dynamics.effects.terms import Term
 
-_F, _FW, _FS, _FP, _HUMP = (
-    int(Term.FRICTION), int(Term.FRICTION_WIDTH), int(Term.FRICTION_SPRING), int(Term.FRICTION_POWER),
-    int(Term.FRICTION_HUMP),
+_F, _FS, _FP, _HUMP = (
+    int(Term.FRICTION), int(Term.FRICTION_SPRING), int(Term.FRICTION_POWER), int(Term.FRICTION_HUMP)
 )  # fmt: skip
 _RISE, _COH, _LAW, _EXPONENT = (
     int(Term.STRUCTURAL_RISE), int(Term.COHERENCE), int(Term.LAW_POWER), int(Term.LAW_EXPONENT)
@@ -47,49 +46,48 @@ def kinds(x):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def rough_flow(  # type: ignore[no-untyped-def]
-    x, lanes, dt, knots, lagging, dry, odd, rising, incoherent, by_power, hats
-):
-    """End and middle of the cycle by Runge-Kutta, and how fast deviations fade on the way."""
-    if lagging:
+def rough_flow(x, lanes, dt, knots, acting):  # type: ignore[no-untyped-def]
+    """End and middle of the cycle by Runge-Kutta, and how fast deviations fade on the way; `acting` are the `kinds`."""
+    if acting[0]:
         _remembering(x, lanes, dt, knots)
         return
     for w in range(row.LANES):
         k0, k1, k2, k3, k5 = polynomial(x, w, x[row.WIND, w], x[row.STILL, w], x[row.DRIVE, w], x[row.FORCE, w])
         x[row.K0, w], x[row.K1, w], x[row.K2, w], x[row.K3, w], x[row.K5, w] = k0, k1, k2, k3, k5
         x[row.AT, w] = x[row.M, w]
-    _rates(x, lanes, knots, dry, odd, rising, incoherent, by_power, hats)
+    _rates(x, lanes, knots, acting)
     for w in range(row.LANES):
         x[row.RISES_0, w], x[row.BENDS_0, w] = x[row.RISES, w], x[row.BENDS, w]
         x[row.AT, w] = x[row.M, w] + 0.5 * dt * x[row.RISES, w]
-    _rates(x, lanes, knots, dry, odd, rising, incoherent, by_power, hats)
+    _rates(x, lanes, knots, acting)
     for w in range(row.LANES):
         x[row.RISES_1, w] = x[row.RISES, w]
         x[row.AT, w] = x[row.M, w] + 0.5 * dt * x[row.RISES, w]
-    _rates(x, lanes, knots, dry, odd, rising, incoherent, by_power, hats)
+    _rates(x, lanes, knots, acting)
     for w in range(row.LANES):
         x[row.RISES_2, w] = x[row.RISES, w]
         x[row.AT, w] = x[row.M, w] + dt * x[row.RISES, w]
-    _rates(x, lanes, knots, dry, odd, rising, incoherent, by_power, hats)
+    _rates(x, lanes, knots, acting)
     for w in range(row.LANES):
         f = x[row.RISES_0, w] + 2.0 * (x[row.RISES_1, w] + x[row.RISES_2, w]) + x[row.RISES, w]
         x[row.END, w] = x[row.M, w] + dt / 6.0 * f
         x[row.AT, w] = x[row.END, w]
-    _rates(x, lanes, knots, dry, odd, rising, incoherent, by_power, hats)
+    _rates(x, lanes, knots, acting)
     for w in range(row.LANES):
         x[row.BENDS_1, w] = x[row.BENDS, w]
         bow = 0.125 * dt * (x[row.RISES_0, w] - x[row.RISES, w])
         x[row.MIDDLE, w] = 0.5 * (x[row.M, w] + x[row.END, w]) + bow
         x[row.AT, w] = x[row.MIDDLE, w]
-    _rates(x, lanes, knots, dry, odd, rising, incoherent, by_power, hats)
+    _rates(x, lanes, knots, acting)
     for w in range(row.LANES):
         x[row.HALF_LOSS, w] = -0.25 * dt * (x[row.BENDS_0, w] + x[row.BENDS, w])
         x[row.RATE, w] = (x[row.BENDS_0, w] + 4.0 * x[row.BENDS, w] + x[row.BENDS_1, w]) * (-1.0 / 6.0)
 
 
 @njit(cache=True, error_model="numpy")
-def _rates(x, lanes, knots, dry, odd, rising, incoherent, by_power, hats):  # type: ignore[no-untyped-def]
+def _rates(x, lanes, knots, acting):  # type: ignore[no-untyped-def]
     """da/dt of every walker at the amplitude `AT`, and its derivative."""
+    _, dry, odd, rising, incoherent, by_power, hats = acting
     for w in range(row.LANES):
         a, k1, k2, k3, k5 = x[row.AT, w], x[row.K1, w], x[row.K2, w], x[row.K3, w], x[row.K5, w]
         x[row.RISES, w] = x[row.K0, w] + a * (k1 + a * (k2 + a * (k3 + a * a * k5)))
